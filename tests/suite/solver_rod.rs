@@ -6,7 +6,8 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Chains, Contact, Effects, Mass, NotChains, PoissonRatio, RestShape, Rod, RodRadius,
-        Settings, Topology, VertexIndex, World, YoungsModulus, analytic::Elastica, reference,
+        Settings, Threads, Topology, VertexIndex, World, YoungsModulus, analytic::Elastica,
+        reference,
     },
 };
 use std::f64::consts::PI;
@@ -358,6 +359,66 @@ fn the_reference_follows_the_solver() {
             let off = particles.position(i).distance(*x);
             // Displacements of f32 over 600 substeps; a swinging rod is not chaotic.
             assert!(off < 1e-4, "tick {tick}, particle {i}: off by {off} m");
+        }
+    }
+}
+
+/// 150 strands and a chain that is too long for a piece of a body that threads share.
+#[test]
+fn a_strand_moves_the_same_alone_among_others_and_on_any_number_of_threads() {
+    let strand = |number: usize, count: usize| -> Vec<DVec3> {
+        let place = |i: usize| {
+            let along = i as f64 * 0.02;
+            DVec3::new(along, 0.1 * (along * 3.0).sin(), number as f64 * 0.05)
+        };
+        (0..count).map(place).collect()
+    };
+    let lengths: Vec<usize> = (0..150).map(|k| 20 + k % 13).chain([1500]).collect();
+    let clamped = |firsts: &[u32], shape: RestShape| {
+        let pins: Vec<u32> = firsts.iter().flat_map(|&i| [i, i + 1]).collect();
+        let mut body = pinned(body("strands", shape, 0.3), &pins);
+        body.effects.rod = Some(rod(1e-3));
+        body
+    };
+    let mut shape = RestShape::default();
+    let mut firsts = Vec::new();
+    for (number, &count) in lengths.iter().enumerate() {
+        let first = shape.vertices.len() as u32;
+        let strand = line(&strand(number, count));
+        shape.vertices.extend(strand.vertices);
+        let edges = strand.edges.into_iter();
+        shape
+            .edges
+            .extend(edges.map(|[a, b]| [first + a, first + b]));
+        firsts.push(first);
+    }
+    let together = clamped(&firsts, shape);
+    for iterations in [1, 2] {
+        let settings = settings(-9.81, 60.0, 4, iterations);
+        let run = |body: &Body, threads| {
+            let mut world = world_of(settings, body.clone());
+            world.threads = Threads::new(threads).expect("sound");
+            for _ in 0..3 {
+                world.tick();
+            }
+            world.bodies.remove(0)
+        };
+        let expected = run(&together, 1);
+        for threads in [2, 3] {
+            assert_eq!(run(&together, threads).particles, expected.particles);
+        }
+        for number in [0, 77, 149, 150] {
+            let count = lengths[number];
+            let alone = clamped(&[0], line(&strand(number, count)));
+            let alone = run(&alone, 1);
+            for i in 0..count as u32 {
+                let place = |body: &Body, vertex| {
+                    let particle = body.topology.numbering.particle(VertexIndex(vertex));
+                    body.particles.position(particle.0 as usize)
+                };
+                let (one, other) = (place(&alone, i), place(&expected, firsts[number] + i));
+                assert_eq!(one, other, "strand {number}, vertex {i}");
+            }
         }
     }
 }

@@ -304,7 +304,7 @@ pub struct Part<'a> {
     pub displacements: &'a mut [Vec4],
     /// As [`Particles::carry`].
     pub carry: &'a mut [Vec4],
-    /// As [`Particles::segments`] where the part is the whole body; otherwise empty.
+    /// The segments of the chains that a rod solves on these particles.
     pub segments: &'a mut [SegmentState],
 }
 

@@ -6,7 +6,7 @@ use glam::{DVec3, UVec2, Vec3};
 use pliant_solver::{
     Bend, Body, Collide, Collider, ColliderShape, Compliance, Contact, Density, Direct, Effects,
     Force, Grab, Ground, IsometricBend, Iterations, Membrane, NeoHookean, ParticleIndex, Particles,
-    Plasticity, Pose, Pressure, RestShape, SelfContact, ShapeMatching, SmoothingIterations,
+    Plasticity, Pose, Pressure, RestShape, Rod, SelfContact, ShapeMatching, SmoothingIterations,
     StickyGround, Stitch, StitchEnd, Stitches, StrainLimit, Stretch, Struts, Substeps,
     SurfacePoint, Tethers, Threads, Topology, VertexIndex, Volume, Weave, Wind, World,
     kernel::{
@@ -279,6 +279,45 @@ fn bodies_that_touch() {
     world.tick();
     assert!(world.contacts.counts().near > 0, "they are near");
     assert_finite(&world);
+}
+
+/// Strands in pieces of a body, and one that is longer than a piece, on two threads.
+#[test]
+fn rods_on_two_threads() {
+    let (strands, nodes, long) = if cfg!(miri) {
+        (12, 5, 50)
+    } else {
+        (150, 30, 1500)
+    };
+    let mut shape = RestShape::default();
+    for (number, count) in std::iter::repeat_n(nodes, strands)
+        .chain([long])
+        .enumerate()
+    {
+        let first = shape.vertices.len() as u32;
+        let place = |i| Vec3::new(i as f32 * 0.02, 0.0, number as f32 * 0.1);
+        shape.vertices.extend((0..count).map(place));
+        shape
+            .edges
+            .extend((first + 1..first + count).map(|i| [i - 1, i]));
+    }
+    let effects = Effects {
+        rod: Some(Rod::default()),
+        ..Effects::default()
+    };
+    let one = world(vec![body(shape, effects)], [2, 2]);
+    let load = effects.load(&one.bodies[0].topology, 4);
+    assert!(load.pieces > 1, "it is cut");
+    let mut both = [1, 2].map(|count| World {
+        threads: Threads::new(count).expect("two threads"),
+        ..one.clone()
+    });
+    for world in &mut both {
+        world.tick();
+        assert_finite(world);
+    }
+    let [one, two] = &both;
+    assert_eq!(one.bodies[0].particles, two.bodies[0].particles);
 }
 
 /// A body that is cut into pieces, on two threads: the same bits as on one.

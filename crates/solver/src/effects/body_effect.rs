@@ -11,6 +11,7 @@ use crate::{
     Topology,
     contact::collider::SweptCollider,
     kernel::sum::SquareSum,
+    lanes::Instructions,
     particles::{Part, Particles},
     step::{scope::Scope, substep::Substep},
 };
@@ -170,6 +171,8 @@ pub struct BodyPass<'a> {
     pub iteration: (u32, u32),
     /// Whether friction is left out.
     pub is_frictionless: bool,
+    /// The instruction set for lanes.
+    pub instructions: Instructions,
 }
 
 /// Particles of the reference.

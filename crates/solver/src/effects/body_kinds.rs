@@ -13,6 +13,7 @@ use crate::{
     Topology,
     kernel::sum::SquareSum,
     particles::{Part, Particles},
+    partitions::Piece,
     step::scope::{Scope, Side},
 };
 use glam::{DVec3, Vec4};
@@ -86,12 +87,12 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// Pieces of a body on which it works.
-            pub(crate) const fn side(self) -> Side {
+            /// Pieces of a body on which it works, one side after the other.
+            pub(crate) const fn sides(self) -> [Option<Side>; 3] {
                 match self {
-                    $(Self::$before => <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::SIDE,)*
-                    Self::$stitches => <ScopeOf<Stitching> as Scope<Stitches>>::SIDE,
-                    $(Self::$after => <ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::SIDE,)*
+                    $(Self::$before => <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::SIDES,)*
+                    Self::$stitches => <ScopeOf<Stitching> as Scope<Stitches>>::SIDES,
+                    $(Self::$after => <ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::SIDES,)*
                 }
             }
         }
@@ -243,6 +244,12 @@ macro_rules! of_body_effects {
                 }
             }
 
+            /// Numbers of the segments that a rod solves on a piece.
+            pub fn segments(&self, piece: &Piece) -> Range<usize> {
+                // SAFETY: the states are borrowed as long as this.
+                unsafe { self.rod.segments_of(piece) }
+            }
+
             /// Begins a substep on a piece.
             ///
             /// # Safety
@@ -265,7 +272,7 @@ macro_rules! of_body_effects {
             pub unsafe fn solve(
                 &self,
                 (effects, kind): (&Effects, BodyEffectKind),
-                particles: Range<usize>,
+                piece: &Piece,
                 part: Part,
                 pass: &BodyPass,
             ) -> bool {
@@ -273,15 +280,15 @@ macro_rules! of_body_effects {
                 unsafe {
                     match kind {
                         $(BodyEffectKind::$before => effects.$first.as_ref().is_some_and(|effect| {
-                            let state = <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::piece(&self.$first, particles);
+                            let state = <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::piece(&self.$first, piece);
                             effect.solve(state, part, pass)
                         }),)*
                         BodyEffectKind::$stitches => {
-                            let state = <ScopeOf<Stitching> as Scope<Stitches>>::piece(&self.$stitched, particles);
+                            let state = <ScopeOf<Stitching> as Scope<Stitches>>::piece(&self.$stitched, piece);
                             Stitching.solve(state, part, pass)
                         }
                         $(BodyEffectKind::$after => effects.$last.as_ref().is_some_and(|effect| {
-                            let state = <ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::piece(&self.$last, particles);
+                            let state = <ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::piece(&self.$last, piece);
                             effect.solve(state, part, pass)
                         }),)*
                     }

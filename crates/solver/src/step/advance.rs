@@ -83,7 +83,14 @@ impl Stage {
                     substep,
                     iteration,
                 };
-                single(task, kind.side())
+                let [first, second, third] = kind.sides().map(|side| side.map(|side| (task, side)));
+                let is_cut = topology.partitions.count() > 1;
+                [
+                    first,
+                    second.filter(|_| is_cut),
+                    third.filter(|_| is_cut),
+                    None,
+                ]
             }
             // Smoothing iterations skip directly solved effects.
             Self::Direct if iteration >= step.iterations => [None; 4],
@@ -585,11 +592,11 @@ impl<'a> TaskContext<'a> {
                     substep: (substep, self.any.count),
                     iteration: (iteration, self.any.total_iterations()),
                     is_frictionless: self.friction == Friction::Omitted,
+                    instructions,
                 };
                 let effect = (&self.effects, kind);
-                let particles = piece.particles.clone();
                 // SAFETY: the caller's promise; an effect on the whole body has it in one piece.
-                shared.touch(unsafe { shared.states.solve(effect, particles, part, &pass) });
+                shared.touch(unsafe { shared.states.solve(effect, piece, part, &pass) });
             }
             Task::Direct { iteration } => {
                 // SAFETY: the whole body is one piece.

@@ -5,6 +5,7 @@
     reason = "threads get pieces of one borrow that share no element"
 )]
 
+use crate::partitions::Piece;
 use std::{ops::Range, slice};
 
 /// Pieces on which a task runs.
@@ -33,8 +34,9 @@ impl Side {
 
 /// Granularity of an effect with the state `S`.
 pub trait Scope<S> {
-    /// The pieces.
-    const SIDE: Side;
+    /// The pieces on which it works, one side after the other. On a body in one partition only the
+    /// first side has work.
+    const SIDES: [Option<Side>; 3];
 
     /// The state while threads work on the body.
     type Shared;
@@ -47,12 +49,12 @@ pub trait Scope<S> {
     /// Borrows the state while it is shared.
     fn share(state: &mut S) -> Self::Shared;
 
-    /// Part of the state that belongs to the piece with these particles.
+    /// Part of the state that belongs to a piece of the body.
     ///
     /// # Safety
     /// The state is still borrowed; during the lifetime of the part, no overlapping part is
     /// requested.
-    unsafe fn piece<'a>(shared: &'a Self::Shared, particles: Range<usize>) -> Self::Piece<'a>
+    unsafe fn piece<'a>(shared: &'a Self::Shared, piece: &Piece) -> Self::Piece<'a>
     where
         S: 'a;
 
@@ -67,7 +69,7 @@ pub trait Scope<S> {
 pub enum WholeBody {}
 
 impl<S> Scope<S> for WholeBody {
-    const SIDE: Side = Side::Whole;
+    const SIDES: [Option<Side>; 3] = [Some(Side::Whole), None, None];
     type Shared = *mut S;
     type Piece<'a>
         = &'a mut S
@@ -78,7 +80,7 @@ impl<S> Scope<S> for WholeBody {
         state
     }
 
-    unsafe fn piece<'a>(shared: &'a *mut S, _: Range<usize>) -> &'a mut S
+    unsafe fn piece<'a>(shared: &'a *mut S, _: &Piece) -> &'a mut S
     where
         S: 'a,
     {
@@ -92,7 +94,7 @@ impl<S> Scope<S> for WholeBody {
 pub enum EachParticle {}
 
 impl<T: Clone + Default> Scope<Vec<T>> for EachParticle {
-    const SIDE: Side = Side::Any;
+    const SIDES: [Option<Side>; 3] = [Some(Side::Any), None, None];
     type Shared = Column<T>;
     type Piece<'a>
         = &'a mut [T]
@@ -103,12 +105,12 @@ impl<T: Clone + Default> Scope<Vec<T>> for EachParticle {
         Column::of(state)
     }
 
-    unsafe fn piece<'a>(shared: &'a Column<T>, particles: Range<usize>) -> &'a mut [T]
+    unsafe fn piece<'a>(shared: &'a Column<T>, piece: &Piece) -> &'a mut [T]
     where
         T: 'a,
     {
         // SAFETY: the caller's promise.
-        unsafe { shared.part(particles) }
+        unsafe { shared.part(piece.particles.clone()) }
     }
 
     unsafe fn begin(shared: &Column<T>, particles: Range<usize>) {
@@ -121,7 +123,7 @@ impl<T: Clone + Default> Scope<Vec<T>> for EachParticle {
 pub enum ReadOnly {}
 
 impl<S> Scope<S> for ReadOnly {
-    const SIDE: Side = Side::Any;
+    const SIDES: [Option<Side>; 3] = [Some(Side::Any), None, None];
     type Shared = *const S;
     type Piece<'a>
         = &'a S
@@ -132,7 +134,7 @@ impl<S> Scope<S> for ReadOnly {
         state
     }
 
-    unsafe fn piece<'a>(shared: &'a *const S, _: Range<usize>) -> &'a S
+    unsafe fn piece<'a>(shared: &'a *const S, _: &Piece) -> &'a S
     where
         S: 'a,
     {

@@ -25,8 +25,7 @@ pub(crate) struct SharedBody<'a> {
     displacements: *mut Vec4,
     carry: *mut Vec4,
     particles: usize,
-    segments: *mut SegmentState,
-    segment_count: usize,
+    segments: Column<SegmentState>,
     multipliers: [Column<f32>; ElasticKind::COUNT],
     sums: Column<Vec4>,
     /// States of effects without elements.
@@ -54,8 +53,7 @@ impl<'a> SharedBody<'a> {
             displacements: particles.displacements.as_mut_ptr(),
             carry: particles.carry.as_mut_ptr(),
             particles: count,
-            segments: particles.segments.as_mut_ptr(),
-            segment_count: particles.segments.len(),
+            segments: Column::of(&mut particles.segments),
             sums: Column::of(body.states.sums()),
             multipliers: body
                 .states
@@ -84,19 +82,15 @@ impl<'a> SharedBody<'a> {
             self.particles
         );
         let count = end - start;
-        let segments = if count == self.particles {
-            self.segment_count
-        } else {
-            0
-        };
+        let segments = self.states.segments(piece);
         // SAFETY: in bounds by the assertion; exclusive by the caller's promise, segments because
-        // any other part would share a particle with the whole body.
+        // the chains of pieces that share no particle share none either.
         unsafe {
             Part {
                 positions: slice::from_raw_parts_mut(self.positions.add(start), count),
                 displacements: slice::from_raw_parts_mut(self.displacements.add(start), count),
                 carry: slice::from_raw_parts_mut(self.carry.add(start), count),
-                segments: slice::from_raw_parts_mut(self.segments, segments),
+                segments: self.segments.part(segments),
             }
         }
     }

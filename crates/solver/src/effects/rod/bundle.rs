@@ -18,10 +18,9 @@
 )]
 
 use super::{
-    Rod,
     chains::Chains,
     elimination::SINGULAR,
-    system::{Errors, Pass, Section, SegmentState},
+    system::{Errors, Pass, SegmentState},
 };
 use crate::{
     kernel::lanes::{Lanes, SimdWork},
@@ -29,6 +28,7 @@ use crate::{
 };
 use fearless_simd::{f64x4, prelude::*};
 use glam::{DQuat, DVec3};
+use std::ops::Range;
 
 /// Number of chains that are solved together.
 const WIDTH: usize = 4;
@@ -43,22 +43,9 @@ type Vector<L> = [Number<L>; 3];
 type Quaternion<L> = [Number<L>; 4];
 type Six<L> = [Number<L>; 6];
 
-/// A node of each chain.
+/// A segment of each chain at rest, and the joint behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Node {
-    /// Its particles, or `NONE`.
-    particles: [u32; WIDTH],
-    /// Position [m].
-    x: [Four; 3],
-    /// Inverse mass [1/kg]; 0 where there is none.
-    w: Four,
-    /// Displacement by the iteration [m].
-    by: [Four; 3],
-}
-
-/// A segment of each chain, and the joint behind it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Segment {
+struct Rest {
     /// Numbers of the segments in the body, or `NONE`.
     numbers: [u32; WIDTH],
     /// Length [m]; 0 where there is none.
@@ -70,7 +57,33 @@ struct Segment {
     /// Mean length of the segments of the joint [m].
     mean: Four,
     /// Rest rotation of the joint, in x, y, z and w.
-    rest: [Four; 4],
+    turn: [Four; 4],
+}
+
+const ZERO: Four = [0.0; WIDTH];
+const ONE: Four = [1.0; WIDTH];
+const UNTURNED: [Four; 4] = [ZERO, ZERO, ZERO, ONE];
+
+/// A node of each chain in a substep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Node {
+    /// Position [m].
+    x: [Four; 3],
+    /// Inverse mass [1/kg]; 0 where there is none.
+    w: Four,
+    /// Displacement by the iteration [m].
+    by: [Four; 3],
+}
+
+const NO_NODE: Node = Node {
+    x: [ZERO; 3],
+    w: ZERO,
+    by: [ZERO; 3],
+};
+
+/// A segment of each chain in a substep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Segment {
     orientation: [Four; 4],
     angular_velocity: [Four; 3],
     /// Orientation by inertia alone.
@@ -82,9 +95,37 @@ struct Segment {
     lambda: [Four; 6],
 }
 
+const NO_SEGMENT: Segment = Segment {
+    orientation: UNTURNED,
+    angular_velocity: [ZERO; 3],
+    predicted: UNTURNED,
+    inertia: [ZERO; 2],
+    before: [ZERO; 6],
+    lambda: [ZERO; 6],
+};
+
+/// What four chains need from iteration to iteration of a substep. With one iteration per substep
+/// all bundles share one, which stays in the cache: memory would be the limit otherwise.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Moving {
+    nodes: Vec<Node>,
+    segments: Vec<Segment>,
+}
+
+impl Moving {
+    fn make_room(&mut self, segments: usize) {
+        self.nodes.resize(segments + 1, NO_NODE);
+        self.segments.resize(segments, NO_SEGMENT);
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.segments[..])
+    }
+}
+
 /// A block while the system is solved: S = LDLᵀ, and what couples it with the next one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Factor {
+struct Factor {
     /// The axis of the segment, and the rows of G, before the iteration.
     axis: [Four; 3],
     turns: [[Four; 3]; 3],
@@ -100,16 +141,33 @@ pub struct Factor {
     y: [Four; 6],
 }
 
+/// Memory for the solution of four chains.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scratch {
+    factors: Vec<Factor>,
+    moving: Moving,
+}
+
+impl Scratch {
+    /// Memory use in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.factors[..]) + self.moving.bytes()
+    }
+}
+
 /// Four chains.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bundle {
-    nodes: Vec<Node>,
-    segments: Vec<Segment>,
+    /// The particles of each node, or `NONE`.
+    particles: Vec<[u32; WIDTH]>,
+    rest: Vec<Rest>,
+    /// Empty with one iteration per substep.
+    kept: Moving,
 }
 
-/// The chains of a body in bundles of four: those of equal length together, in their order.
-pub fn bundles(chains: &Chains) -> Vec<Bundle> {
-    let mut order: Vec<usize> = (0..chains.ranges.len()).collect();
+/// Some chains of a body in bundles of four: those of equal length together, in their order.
+pub fn bundles(chains: &Chains, some: Range<usize>) -> Vec<Bundle> {
+    let mut order: Vec<usize> = some.collect();
     order.sort_by_key(|&chain| std::cmp::Reverse(chains.ranges[chain].len()));
     order
         .chunks(WIDTH)
@@ -121,49 +179,33 @@ impl Bundle {
     fn of(chains: &Chains, chosen: &[usize]) -> Self {
         let longest = chosen.iter().map(|&chain| chains.ranges[chain].len());
         let count = longest.max().unwrap_or(0);
-        let zero = [0.0; WIDTH];
+        let none = Rest {
+            numbers: [NONE; WIDTH],
+            length: ZERO,
+            absent: ONE,
+            joint: ZERO,
+            mean: ZERO,
+            turn: UNTURNED,
+        };
         let mut bundle = Self {
-            nodes: vec![
-                Node {
-                    particles: [NONE; WIDTH],
-                    x: [zero; 3],
-                    w: zero,
-                    by: [zero; 3],
-                };
-                count + 1
-            ],
-            segments: vec![
-                Segment {
-                    numbers: [NONE; WIDTH],
-                    length: zero,
-                    absent: [1.0; WIDTH],
-                    joint: zero,
-                    mean: zero,
-                    rest: [zero, zero, zero, [1.0; WIDTH]],
-                    orientation: [zero, zero, zero, [1.0; WIDTH]],
-                    angular_velocity: [zero; 3],
-                    predicted: [zero, zero, zero, [1.0; WIDTH]],
-                    inertia: [zero; 2],
-                    before: [zero; 6],
-                    lambda: [zero; 6],
-                };
-                count
-            ],
+            particles: vec![[NONE; WIDTH]; count + 1],
+            rest: vec![none; count],
+            kept: Moving::default(),
         };
         for (lane, &chain) in chosen.iter().enumerate() {
             let range = chains.ranges[chain].clone();
             for (k, number) in range.enumerate() {
-                let rest = &chains.segments[number];
-                bundle.nodes[k].particles[lane] = rest.nodes[0];
-                bundle.nodes[k + 1].particles[lane] = rest.nodes[1];
-                let segment = &mut bundle.segments[k];
-                segment.numbers[lane] = number as u32;
-                segment.length[lane] = rest.length;
-                segment.absent[lane] = 0.0;
-                if let Some((turn, mean)) = rest.joint {
-                    segment.joint[lane] = 1.0;
-                    segment.mean[lane] = mean;
-                    for (all, one) in segment.rest.iter_mut().zip(turn.to_array()) {
+                let one = &chains.segments[number];
+                bundle.particles[k][lane] = one.nodes[0];
+                bundle.particles[k + 1][lane] = one.nodes[1];
+                let rest = &mut bundle.rest[k];
+                rest.numbers[lane] = number as u32;
+                rest.length[lane] = one.length;
+                rest.absent[lane] = 0.0;
+                if let Some((turn, mean)) = one.joint {
+                    rest.joint[lane] = 1.0;
+                    rest.mean[lane] = mean;
+                    for (all, one) in rest.turn.iter_mut().zip(turn.to_array()) {
                         all[lane] = one;
                     }
                 }
@@ -174,90 +216,97 @@ impl Bundle {
 
     /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.segments[..])
+        size_of_val(&self.particles[..]) + size_of_val(&self.rest[..]) + self.kept.bytes()
     }
 
-    /// Reads positions [m], in the first iteration also what a substep begins with.
-    fn load(&mut self, part: &Part, first: bool) {
-        for node in &mut self.nodes {
+    /// Reads positions [m] of the particles of a piece, in the first iteration also the segments
+    /// with which a substep begins.
+    fn load(&self, moving: &mut Moving, piece: &Piece, first: bool) {
+        let part = &piece.part;
+        for (node, particles) in moving.nodes.iter_mut().zip(&self.particles) {
             for lane in 0..WIDTH {
-                let particle = node.particles[lane];
-                if particle == NONE {
-                    continue;
-                }
-                let x = part.predicted(particle as usize);
-                for (axis, x) in x.to_array().into_iter().enumerate() {
-                    node.x[axis][lane] = x;
-                }
-                node.w[lane] = part.positions[particle as usize].w.into();
+                let (x, w) = if particles[lane] == NONE {
+                    (DVec3::ZERO, 0.0)
+                } else {
+                    let particle = particles[lane] as usize - piece.first_particle;
+                    (part.predicted(particle), part.positions[particle].w.into())
+                };
+                (node.x[0][lane], node.x[1][lane], node.x[2][lane]) = (x.x, x.y, x.z);
+                node.w[lane] = w;
             }
         }
         if !first {
             return;
         }
-        for segment in &mut self.segments {
+        for (segment, rest) in moving.segments.iter_mut().zip(&self.rest) {
             for lane in 0..WIDTH {
-                let number = segment.numbers[lane];
-                if number == NONE {
-                    continue;
-                }
-                let state = &part.segments[number as usize];
-                let orientation = state.orientation.to_array();
-                for (all, one) in segment.orientation.iter_mut().zip(orientation) {
-                    all[lane] = one;
-                }
-                let velocity = state.angular_velocity.to_array();
-                for (all, one) in segment.angular_velocity.iter_mut().zip(velocity) {
-                    all[lane] = one;
-                }
+                let (q, v) = if rest.numbers[lane] == NONE {
+                    (DQuat::IDENTITY, DVec3::ZERO)
+                } else {
+                    let number = rest.numbers[lane] as usize - piece.first_segment;
+                    let state = &part.segments[number];
+                    (state.orientation, state.angular_velocity)
+                };
+                let [x, y, z, w] = &mut segment.orientation;
+                (x[lane], y[lane], z[lane], w[lane]) = (q.x, q.y, q.z, q.w);
+                let [x, y, z] = &mut segment.angular_velocity;
+                (x[lane], y[lane], z[lane]) = (v.x, v.y, v.z);
             }
         }
     }
 
     /// Moves the particles.
-    fn store(&self, part: &mut Part) {
-        for node in &self.nodes {
+    fn store(&self, moving: &Moving, piece: &mut Piece) {
+        for (node, particles) in moving.nodes.iter().zip(&self.particles) {
             for lane in 0..WIDTH {
-                let particle = node.particles[lane];
                 let by = DVec3::from_array(node.by.map(|it| it[lane]));
-                if particle != NONE && by != DVec3::ZERO {
-                    part.shift(particle as usize, by);
+                if particles[lane] != NONE && by != DVec3::ZERO {
+                    let particle = particles[lane] as usize - piece.first_particle;
+                    piece.part.shift(particle, by);
                 }
             }
         }
     }
 
-    /// Writes the segments and their multipliers after the last iteration.
-    fn finish(&self, segments: &mut [SegmentState], lambdas: &mut [Errors]) {
-        for segment in &self.segments {
+    /// Writes the segments after the last iteration, and their multipliers where they are kept.
+    fn finish(&self, moving: &Moving, piece: &mut Piece) {
+        for (segment, rest) in moving.segments.iter().zip(&self.rest) {
             for lane in 0..WIDTH {
-                let number = segment.numbers[lane];
-                if number == NONE {
+                if rest.numbers[lane] == NONE {
                     continue;
                 }
-                segments[number as usize] = SegmentState {
+                let number = rest.numbers[lane] as usize - piece.first_segment;
+                piece.part.segments[number] = SegmentState {
                     orientation: DQuat::from_array(segment.orientation.map(|it| it[lane])),
                     angular_velocity: DVec3::from_array(
                         segment.angular_velocity.map(|it| it[lane]),
                     ),
                 };
-                let [a, b, c, d, e, f] = segment.lambda.map(|it| it[lane]);
-                lambdas[number as usize] = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
+                if let Some(lambda) = piece.lambdas.get_mut(number) {
+                    let [a, b, c, d, e, f] = segment.lambda.map(|it| it[lane]);
+                    *lambda = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
+                }
             }
         }
     }
 }
 
-/// An iteration over the chains of a body.
+/// Particles, segments and multipliers of some chains.
+pub struct Piece<'a> {
+    pub part: Part<'a>,
+    /// Number of the first particle and of the first segment.
+    pub first_particle: usize,
+    pub first_segment: usize,
+    /// Written after the last iteration; empty if they are not kept.
+    pub lambdas: &'a mut [Errors],
+}
+
+/// An iteration over some chains of a body.
 pub struct Iteration<'a, 'b> {
     pub bundles: &'a mut [Bundle],
-    pub rod: &'a Rod,
     pub pass: &'a Pass,
-    pub part: &'a mut Part<'b>,
-    /// Scratch memory for one bundle, which stays in the cache.
-    pub factors: &'a mut Vec<Factor>,
-    /// Written after the last iteration.
-    pub lambdas: &'a mut [Errors],
+    pub piece: Piece<'b>,
+    pub scratch: &'a mut Scratch,
 }
 
 impl SimdWork for Iteration<'_, '_> {
@@ -265,29 +314,31 @@ impl SimdWork for Iteration<'_, '_> {
     fn run<L: Lanes>(self, simd: L) {
         let Self {
             bundles,
-            rod,
             pass,
-            part,
-            factors,
-            lambdas,
+            mut piece,
+            scratch: Scratch { factors, moving },
         } = self;
-        // The first bundles are the longest.
-        let longest = bundles.first().map_or(0, |it| it.segments.len());
-        factors.resize(longest, Factor::default());
+        let is_only = pass.first && pass.last;
         for bundle in bundles {
-            bundle.load(part, pass.first);
+            let count = bundle.rest.len();
+            let mut kept = std::mem::take(&mut bundle.kept);
+            let moving = if is_only { &mut *moving } else { &mut kept };
+            moving.make_room(count);
+            factors.resize(factors.len().max(count), Factor::default());
+            bundle.load(moving, &piece, pass.first);
             if pass.first {
-                begin(simd, bundle, part, rod, pass);
+                begin(simd, bundle, moving, &piece, pass);
             }
-            eliminate(simd, bundle, factors, rod, pass);
-            substitute(simd, bundle, factors, pass);
+            eliminate(simd, &bundle.rest, moving, factors, pass);
+            substitute(simd, &bundle.rest, moving, factors, pass);
             if pass.last {
-                end(simd, bundle, pass);
+                end(simd, moving, pass);
             }
-            bundle.store(part);
+            bundle.store(moving, &mut piece);
             if pass.last {
-                bundle.finish(part.segments, lambdas);
+                bundle.finish(moving, &mut piece);
             }
+            bundle.kept = kept;
         }
     }
 }
@@ -404,10 +455,10 @@ fn inverse<L: Lanes>(simd: L, x: Number<L>, limit: Number<L>) -> Number<L> {
 /// C_b of a joint: the rotation from one segment to the next less that at rest, with the sign that
 /// makes it smaller.
 #[inline(always)]
-fn bending<L: Lanes>(simd: L, turn: &Quaternion<L>, segment: &Segment) -> Vector<L> {
+fn bending<L: Lanes>(simd: L, turn: &Quaternion<L>, at_rest: &Rest) -> Vector<L> {
     let zero = f64x4::splat(simd, 0.0);
-    let rest = read(simd, &segment.rest);
-    let [joint] = read(simd, &[segment.joint]);
+    let rest = read(simd, &at_rest.turn);
+    let [joint] = read(simd, &[at_rest.joint]);
     let same = turn[0] * rest[0] + turn[1] * rest[1] + turn[2] * rest[2] + turn[3] * rest[3];
     let is_other = same.simd_lt(zero);
     let mut bend = [zero; 3];
@@ -419,11 +470,11 @@ fn bending<L: Lanes>(simd: L, turn: &Quaternion<L>, segment: &Segment) -> Vector
 
 /// Positions of a node at the start of the substep [m].
 #[inline(always)]
-fn start<L: Lanes>(simd: L, node: &Node, part: &Part) -> Vector<L> {
-    let mut x = [[0.0; WIDTH]; 3];
+fn start<L: Lanes>(simd: L, particles: &[u32; WIDTH], piece: &Piece) -> Vector<L> {
+    let mut x = [ZERO; 3];
     for lane in 0..WIDTH {
-        if node.particles[lane] != NONE {
-            let at = part.start(node.particles[lane] as usize);
+        if particles[lane] != NONE {
+            let at = (piece.part).start(particles[lane] as usize - piece.first_particle);
             (x[0][lane], x[1][lane], x[2][lane]) = (at.x, at.y, at.z);
         }
     }
@@ -432,23 +483,27 @@ fn start<L: Lanes>(simd: L, node: &Node, part: &Part) -> Vector<L> {
 
 /// Errors at the start of a substep.
 #[inline(always)]
-fn remember<L: Lanes>(simd: L, bundle: &mut Bundle, part: &Part) {
+fn remember<L: Lanes>(simd: L, bundle: &Bundle, moving: &mut Moving, piece: &Piece) {
     let zero = f64x4::splat(simd, 0.0);
-    let mut here = start(simd, &bundle.nodes[0], part);
-    for i in 0..bundle.segments.len() {
-        let next = start(simd, &bundle.nodes[i + 1], part);
-        let q = read(simd, &bundle.segments[i].orientation);
+    let Bundle {
+        particles, rest, ..
+    } = bundle;
+    let segments = &mut moving.segments;
+    let mut here = start(simd, &particles[0], piece);
+    for i in 0..rest.len() {
+        let next = start(simd, &particles[i + 1], piece);
+        let q = read(simd, &segments[i].orientation);
         let [_, _, axis] = columns(simd, &q);
-        let [length] = read(simd, &[bundle.segments[i].length]);
+        let [length] = read(simd, &[rest[i].length]);
         let [a, b, c] = difference(&difference(&next, &here), &scaled(&axis, length));
-        let [d, e, f] = match bundle.segments.get(i + 1) {
+        let [d, e, f] = match segments.get(i + 1) {
             Some(behind) => {
                 let turn = product(&conjugate(&q), &read(simd, &behind.orientation));
-                bending(simd, &turn, &bundle.segments[i])
+                bending(simd, &turn, &rest[i])
             }
             None => [zero; 3],
         };
-        write(&mut bundle.segments[i].before, &[a, b, c, d, e, f]);
+        write(&mut segments[i].before, &[a, b, c, d, e, f]);
         here = next;
     }
 }
@@ -469,20 +524,21 @@ fn per_length<L: Lanes>(simd: L, node: &Node, before: Number<L>, behind: Number<
 /// Begins a substep: errors at its start, and rotation by inertia; the gyroscopic moment is left
 /// out.
 #[inline(always)]
-fn begin<L: Lanes>(simd: L, bundle: &mut Bundle, part: &Part, rod: &Rod, pass: &Pass) {
-    if rod.damping.get() > 0.0 {
-        remember(simd, bundle, part);
+fn begin<L: Lanes>(simd: L, bundle: &Bundle, moving: &mut Moving, piece: &Piece, pass: &Pass) {
+    if pass.damping > 0.0 {
+        remember(simd, bundle, moving, piece);
     }
     let zero = f64x4::splat(simd, 0.0);
     let infinity = f64x4::splat(simd, f64::INFINITY);
-    let radius = f64::from(rod.radius.get());
+    let radius = pass.section.radius;
     let step = f64x4::splat(simd, pass.step());
-    let Bundle { nodes, segments } = bundle;
+    let rest = &bundle.rest;
+    let Moving { nodes, segments } = moving;
     let mut before = zero;
-    let [mut length] = read(simd, &[segments[0].length]);
-    for i in 0..segments.len() {
-        let behind = match segments.get(i + 1) {
-            Some(segment) => f64x4::simd_from(simd, segment.length),
+    let [mut length] = read(simd, &[rest[0].length]);
+    for i in 0..rest.len() {
+        let behind = match rest.get(i + 1) {
+            Some(rest) => f64x4::simd_from(simd, rest.length),
             None => zero,
         };
         let ends = [
@@ -512,7 +568,7 @@ fn begin<L: Lanes>(simd: L, bundle: &mut Bundle, part: &Part, rod: &Rod, pass: &
         write(&mut segment.orientation, &q);
         write(&mut segment.predicted, &q);
         write(&mut segment.inertia, &inertia);
-        segment.lambda = [[0.0; WIDTH]; 6];
+        segment.lambda = [ZERO; 6];
         (before, length) = (length, behind);
     }
 }
@@ -538,31 +594,33 @@ fn frame<L: Lanes>(simd: L, segment: &Segment) -> Frame<L> {
 
 /// Eliminates the system from root to tip.
 #[inline(always)]
-fn eliminate<L: Lanes>(simd: L, bundle: &Bundle, factors: &mut [Factor], rod: &Rod, pass: &Pass) {
-    let section = Section::of(rod);
+fn eliminate<L: Lanes>(
+    simd: L,
+    rest: &[Rest],
+    moving: &Moving,
+    factors: &mut [Factor],
+    pass: &Pass,
+) {
+    let section = &pass.section;
     let per_square = 1.0 / (pass.compliant * pass.compliant);
-    let gamma = f64::from(rod.damping.get()) / pass.compliant;
+    let gamma = pass.damping / pass.compliant;
     let scale = 1.0 / (1.0 + gamma);
     let zero = f64x4::splat(simd, 0.0);
     let one = f64x4::splat(simd, 1.0);
     let half = f64x4::splat(simd, 0.5);
-    let Bundle { nodes, segments } = bundle;
-    let mut now = frame(simd, &segments[0]);
-    // The rows of G of the joint before.
-    let mut last = [[zero; 3]; 3];
-    for i in 0..segments.len() {
-        let next = match segments.get(i + 1) {
-            Some(segment) => frame(simd, segment),
-            None => now,
-        };
-        let segment = &segments[i];
-        let (done, rest) = factors.split_at_mut(i);
-        let factor = &mut rest[0];
+    let Moving { nodes, segments } = moving;
+    for i in 0..rest.len() {
+        // Each is made twice: to keep it would cost more.
+        let now = frame(simd, &segments[i]);
+        let next = frame(simd, segments.get(i + 1).unwrap_or(&segments[i]));
+        let (segment, at_rest) = (&segments[i], &rest[i]);
+        let (done, others) = factors.split_at_mut(i);
+        let factor = &mut others[0];
         let axis = now.columns[2];
         let [a, b] = now.inertia;
         let [length, absent, joint, mean] = read(
             simd,
-            &[segment.length, segment.absent, segment.joint, segment.mean],
+            &[at_rest.length, at_rest.absent, at_rest.joint, at_rest.mean],
         );
         let lambda = read(simd, &segment.lambda);
         let [w0, w1] = read(simd, &[nodes[i].w, nodes[i + 1].w]);
@@ -574,7 +632,7 @@ fn eliminate<L: Lanes>(simd: L, bundle: &Bundle, factors: &mut [Factor], rod: &R
         // Errors with damping, and the right-hand side.
         let turn = product(&conjugate(&now.orientation), &next.orientation);
         let mut stretch = difference(&difference(&to, &from), &scaled(&axis, length));
-        let mut bend = bending(simd, &turn, segment);
+        let mut bend = bending(simd, &turn, at_rest);
         if gamma > 0.0 {
             let before = read(simd, &segment.before);
             for k in 0..3 {
@@ -644,6 +702,11 @@ fn eliminate<L: Lanes>(simd: L, bundle: &Bundle, factors: &mut [Factor], rod: &R
         }
 
         if let Some(before) = done.last_mut() {
+            let last = [
+                read(simd, &before.turns[0]),
+                read(simd, &before.turns[1]),
+                read(simd, &before.turns[2]),
+            ];
             let mut coupling = Coupling {
                 w: w0,
                 stretch: [[zero; 3]; 3],
@@ -664,8 +727,6 @@ fn eliminate<L: Lanes>(simd: L, bundle: &Bundle, factors: &mut [Factor], rod: &R
         for r in 0..3 {
             write(&mut factor.turns[r], &bends[r]);
         }
-        last = bends;
-        now = next;
     }
 }
 
@@ -834,14 +895,20 @@ fn backward<L: Lanes, const K: usize>(simd: L, factor: &Factor, x: &mut Six<L>) 
 /// Solves the system from tip to root, and moves the nodes and turns the segments by the change of
 /// the multipliers.
 #[inline(always)]
-fn substitute<L: Lanes>(simd: L, bundle: &mut Bundle, factors: &[Factor], pass: &Pass) {
+fn substitute<L: Lanes>(
+    simd: L,
+    rest: &[Rest],
+    moving: &mut Moving,
+    factors: &[Factor],
+    pass: &Pass,
+) {
     let zero = f64x4::splat(simd, 0.0);
-    let Bundle { nodes, segments } = bundle;
+    let Moving { nodes, segments } = moving;
     let mut next: Six<L> = [zero; 6];
-    let count = segments.len();
+    let count = rest.len();
     let mut changes = [zero; 6];
     for node in nodes.iter_mut() {
-        node.by = [[0.0; WIDTH]; 3];
+        node.by = [ZERO; 3];
     }
     // The change of a segment waits for the one before: both turn it.
     for i in (0..=count).rev() {
@@ -877,7 +944,8 @@ fn substitute<L: Lanes>(simd: L, bundle: &mut Bundle, factors: &[Factor], pass: 
             } else {
                 moment(simd, &factors[i - 1], &change)
             };
-            turn(simd, &mut segments[i], &factors[i], &changes, &before);
+            let segment = (&mut segments[i], &rest[i]);
+            turn(simd, segment, &factors[i], &changes, &before);
             let s = [changes[0], changes[1], changes[2]];
             let [w0, w1] = read(simd, &[nodes[i].w, nodes[i + 1].w]);
             let (first, second) = (read(simd, &nodes[i].by), read(simd, &nodes[i + 1].by));
@@ -903,7 +971,7 @@ fn moment<L: Lanes>(simd: L, factor: &Factor, change: &Six<L>) -> Vector<L> {
 #[inline(always)]
 fn turn<L: Lanes>(
     simd: L,
-    segment: &mut Segment,
+    (segment, rest): (&mut Segment, &Rest),
     factor: &Factor,
     change: &Six<L>,
     before: &Vector<L>,
@@ -912,7 +980,7 @@ fn turn<L: Lanes>(
     write(&mut segment.lambda, &sum(&lambda, change));
     let axis = read(simd, &factor.axis);
     let [a, b] = read(simd, &segment.inertia);
-    let [length] = read(simd, &[segment.length]);
+    let [length] = read(simd, &[rest.length]);
     let behind = moment(simd, factor, change);
     let pull = scaled(&cross(&axis, &[change[0], change[1], change[2]]), length);
     let all = difference(&difference(before, &behind), &pull);
@@ -924,10 +992,10 @@ fn turn<L: Lanes>(
 
 /// Ends a substep: angular velocities.
 #[inline(always)]
-fn end<L: Lanes>(simd: L, bundle: &mut Bundle, pass: &Pass) {
+fn end<L: Lanes>(simd: L, moving: &mut Moving, pass: &Pass) {
     let zero = f64x4::splat(simd, 0.0);
     let two = f64x4::splat(simd, 2.0 / pass.h);
-    for segment in &mut bundle.segments {
+    for segment in &mut moving.segments {
         let predicted = read(simd, &segment.predicted);
         let turn = product(&read(simd, &segment.orientation), &conjugate(&predicted));
         let sign = turn[3].simd_lt(zero).select(-two, two);
@@ -942,7 +1010,7 @@ mod tests {
     use super::*;
     use crate::{
         Particles, RestShape, Topology,
-        effects::rod::system::{Node as PlainNode, System},
+        effects::rod::system::{Node as PlainNode, Section, System},
         lanes::Instructions,
     };
     use glam::Vec3;
@@ -974,20 +1042,17 @@ mod tests {
         (topology, particles)
     }
 
-    fn rod() -> Rod {
-        Rod {
-            damping: crate::Damping::of(0.01),
-            ..Rod::default()
+    fn pass() -> Pass {
+        Pass {
+            h: 1e-3,
+            compliant: 1e-3,
+            first: true,
+            last: true,
+            relaxation: 1.0,
+            section: Section::circle(5e-3, 1e6, 0.3),
+            damping: 0.01,
         }
     }
-
-    const PASS: Pass = Pass {
-        h: 1e-3,
-        compliant: 1e-3,
-        first: true,
-        last: true,
-        relaxation: 1.0,
-    };
 
     /// Ten substeps in which particles are pushed aside.
     fn run(mut step: impl FnMut(&mut Particles), particles: &mut Particles) {
@@ -998,6 +1063,10 @@ mod tests {
             }
             step(particles);
         }
+    }
+
+    fn all(chains: &Chains) -> Vec<Bundle> {
+        bundles(chains, 0..chains.ranges.len())
     }
 
     fn in_lanes(instructions: Instructions, chosen: &dyn Fn(&Chains) -> Vec<Bundle>) -> Particles {
@@ -1013,16 +1082,19 @@ mod tests {
             .collect();
         let mut bundles = chosen(&chains);
         let mut lambdas = vec![Errors::default(); particles.segments.len()];
-        let mut factors = Vec::new();
+        let mut scratch = Scratch::default();
         run(
             |particles| {
                 instructions.run(Iteration {
                     bundles: &mut bundles,
-                    rod: &rod(),
-                    pass: &PASS,
-                    part: &mut particles.as_part(),
-                    factors: &mut factors,
-                    lambdas: &mut lambdas,
+                    pass: &pass(),
+                    piece: Piece {
+                        part: particles.as_part(),
+                        first_particle: 0,
+                        first_segment: 0,
+                        lambdas: &mut lambdas,
+                    },
+                    scratch: &mut scratch,
                 });
             },
             &mut particles,
@@ -1032,13 +1104,9 @@ mod tests {
 
     #[test]
     fn neither_the_instruction_set_nor_the_other_lanes_change_a_bit() {
-        let expected = in_lanes(Instructions::default(), &bundles);
+        let expected = in_lanes(Instructions::default(), &all);
         for instructions in Instructions::all() {
-            assert_eq!(
-                in_lanes(instructions, &bundles),
-                expected,
-                "{instructions:?}"
-            );
+            assert_eq!(in_lanes(instructions, &all), expected, "{instructions:?}");
         }
         let alone = |chains: &Chains| -> Vec<Bundle> {
             let mut order: Vec<usize> = (0..chains.ranges.len()).collect();
@@ -1053,7 +1121,7 @@ mod tests {
 
     #[test]
     fn the_lanes_solve_the_equations_of_the_reference() {
-        let found = in_lanes(Instructions::default(), &bundles);
+        let found = in_lanes(Instructions::default(), &all);
         let (topology, mut particles) = chains();
         let chains = Chains::of(&topology).expect("chains");
         let mut system = System::new(chains, particles.len());
@@ -1072,7 +1140,7 @@ mod tests {
                     x: state.predicted(i as usize),
                     w: state.positions[i as usize].w.into(),
                 };
-                system.iterate(&rod(), &PASS, at, |i| state.position(i as usize));
+                system.iterate(&pass(), at, |i| state.position(i as usize));
                 let mut part = particles.as_part();
                 for (i, &by) in system.moves.iter().enumerate() {
                     if by != DVec3::ZERO {

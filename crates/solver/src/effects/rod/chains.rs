@@ -48,10 +48,21 @@ pub struct Chains {
     pub(super) segments: Vec<RestSegment>,
     /// The segments of each chain.
     pub(super) ranges: Vec<Range<usize>>,
+    /// The chains of each [partition](crate::partitions), and those that extend beyond the next
+    /// one.
+    pub(super) parts: Vec<ChainRange>,
+}
+
+/// Consecutive chains.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct ChainRange {
+    pub chains: Range<usize>,
+    pub segments: Range<usize>,
 }
 
 impl Chains {
-    /// The chains of a body, each from the end with the lower vertex, in the order of these.
+    /// The chains of a body by partition, each from the end with the lower vertex, and in the order
+    /// of these.
     ///
     /// # Errors
     /// [`NotChains`] for a surface, a branch or a ring.
@@ -73,7 +84,7 @@ impl Chains {
                 edges: neighbors[branch as usize].len(),
             });
         }
-        let mut chains = Self::default();
+        let mut chains: Vec<Vec<u32>> = Vec::new();
         let mut known = vec![false; topology.particles()];
         for &root in &order {
             if neighbors[root as usize].len() == 1 && !known[root as usize] {
@@ -88,7 +99,7 @@ impl Chains {
                     nodes.push(next);
                     last = next;
                 }
-                chains.push(&nodes, topology);
+                chains.push(nodes);
             }
         }
         let ring = order
@@ -98,8 +109,37 @@ impl Chains {
             Some(&particle) => Err(NotChains::Ring {
                 vertex: vertex(particle),
             }),
-            None => Ok(chains),
+            None => Ok(Self::sorted(chains, topology)),
         }
+    }
+
+    /// Chains with these nodes.
+    fn sorted(mut nodes: Vec<Vec<u32>>, topology: &Topology) -> Self {
+        let partitions = &topology.partitions;
+        let part_of = |chain: &Vec<u32>| {
+            let low = chain.iter().copied().min().unwrap_or(0);
+            let high = chain.iter().copied().max().unwrap_or(0);
+            let partition = partitions.partition_of(&[low, high]);
+            partition.unwrap_or(partitions.count())
+        };
+        nodes.sort_by_cached_key(part_of);
+        let mut all = Self {
+            parts: vec![ChainRange::default(); partitions.count() + 1],
+            ..Self::default()
+        };
+        for part in 0..all.parts.len() {
+            let first = (all.ranges.len(), all.segments.len());
+            while let Some(chain) = nodes.get(all.ranges.len())
+                && part_of(chain) == part
+            {
+                all.push(chain, topology);
+            }
+            all.parts[part] = ChainRange {
+                chains: first.0..all.ranges.len(),
+                segments: first.1..all.segments.len(),
+            };
+        }
+        all
     }
 
     /// The first `count` particles of each chain, from its root.
@@ -165,6 +205,54 @@ impl Chains {
 
     /// Memory use in bytes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&self.segments[..]) + size_of_val(&self.ranges[..])
+        size_of_val(&self.segments[..])
+            + size_of_val(&self.ranges[..])
+            + size_of_val(&self.parts[..])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RestShape;
+    use glam::Vec3;
+
+    #[test]
+    fn the_parts_of_a_body_have_every_chain_once_and_long_ones_at_the_end() {
+        let lengths: Vec<u32> = (0..150).map(|k| 20 + k % 13).chain([1500]).collect();
+        let mut shape = RestShape::default();
+        for (number, &count) in lengths.iter().enumerate() {
+            let first = shape.vertices.len() as u32;
+            let place = |i: u32| Vec3::new(i as f32 * 0.02, 0.0, number as f32);
+            shape.vertices.extend((0..count).map(place));
+            shape
+                .edges
+                .extend((first + 1..first + count).map(|i| [i - 1, i]));
+        }
+        let topology = Topology::new(shape).expect("sound");
+        let chains = Chains::of(&topology).expect("chains");
+        assert_eq!(chains.ranges.len(), lengths.len());
+        let count = topology.partitions.count();
+        assert_eq!(chains.parts.len(), count + 1);
+        let mut next = ChainRange::default();
+        for (part, range) in chains.parts.iter().enumerate() {
+            assert_eq!(range.chains.start, next.chains.end);
+            assert_eq!(range.segments.start, next.segments.end);
+            for chain in range.chains.clone() {
+                let nodes = chains.segments[chains.ranges[chain].clone()].iter();
+                let nodes: Vec<u32> = nodes.flat_map(|segment| segment.nodes).collect();
+                let ends = [
+                    *nodes.iter().min().expect("2"),
+                    *nodes.iter().max().expect("2"),
+                ];
+                let own = topology.partitions.partition_of(&ends).unwrap_or(count);
+                assert_eq!(own, part, "chain {chain}");
+            }
+            next = range.clone();
+        }
+        assert_eq!(next.segments.end, chains.segments.len());
+        let long = next.chains;
+        assert_eq!(long.len(), 1, "{long:?}");
+        assert_eq!(chains.ranges[long.start].len(), 1499);
     }
 }

@@ -24,6 +24,7 @@
 mod bundle;
 mod chains;
 mod elimination;
+mod pieces;
 mod system;
 
 pub use chains::{Chains, NotChains};
@@ -37,16 +38,15 @@ use crate::reflection::*;
 use crate::{
     Damping, Particles, PoissonRatio, RodRadius, Topology, YoungsModulus,
     kernel::sum::SquareSum,
-    lanes::Instructions,
     particles::Part,
-    step::scope::WholeBody,
     topology::{Identity, Torn},
 };
-use bundle::{Bundle, Factor, Iteration};
+use bundle::{Bundle, Iteration};
 use glam::DVec3;
+use pieces::{EachChain, Group, RodPiece, Scratches};
 use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, collections::BTreeMap};
-use system::{Node, Pass, System};
+use system::{Node, Pass, Section, System};
 
 /// Stiffness of a chain of edges against stretching, shear, bending and twist.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -75,8 +75,9 @@ pub struct RodState {
     system: System,
     /// The chains in lanes; empty in the reference.
     bundles: Vec<Bundle>,
-    factors: Vec<Factor>,
-    instructions: Instructions,
+    /// Those of each partition, and of the chains that are too long for one.
+    groups: Vec<Group>,
+    scratch: Scratches,
 }
 
 impl PartialEq for RodState {
@@ -199,56 +200,84 @@ pub(crate) fn place(
 ) {
     let state = state.get_or_insert_default();
     state.update(topology);
-    let count = state.system.chains.segments.len();
-    if particles.segments.len() != count {
+    let System {
+        chains, segments, ..
+    } = &mut state.system;
+    let count = chains.segments.len();
+    if state.groups.is_empty() {
+        let of = |some| bundle::bundles(chains, some);
+        (state.bundles, state.groups) = pieces::groups(&chains.parts, of);
+    }
+    if particles.segments.len() == count {
+        segments.clone_from(&particles.segments);
+    } else {
         state.fit(|i| particles.position(i as usize));
         particles.segments.clone_from(&state.system.segments);
     }
 }
 
+impl Rod {
+    fn section(&self) -> Section {
+        let [radius, modulus, ratio] = [
+            self.radius.get(),
+            self.youngs_modulus.get(),
+            self.poisson_ratio.get(),
+        ]
+        .map(f64::from);
+        Section::circle(radius, modulus, ratio)
+    }
+}
+
 impl BodyEffect for Rod {
     type State = Option<Box<RodState>>;
-    type Scope = WholeBody;
+    type Scope = EachChain;
     type ReferenceState = RodState;
 
     // After grabs, whose displacement of a light node it then spreads over the chain.
     const PHASE: BodyPhase = BodyPhase::IterationEnd;
 
-    fn solve(&self, state: &mut Option<Box<RodState>>, mut part: Part, pass: &BodyPass) -> bool {
-        let Some(state) = state.as_deref_mut() else {
+    fn solve(&self, rod: RodPiece, part: Part, pass: &BodyPass) -> bool {
+        let RodPiece {
+            bundles,
+            segments,
+            lambdas,
+            first_segment,
+            scratch,
+        } = rod;
+        let has_segments = !segments.is_empty() && part.segments.len() == segments.len();
+        let Some(scratch) = scratch.filter(|_| has_segments) else {
             return false;
         };
-        let RodState {
-            system,
-            bundles,
-            factors,
-            ..
-        } = state;
-        let is_known = part.segments.len() == system.chains.segments.len();
-        if !is_known || system.moves.len() != part.positions.len() {
-            return false;
-        }
-        if bundles.is_empty() {
-            *bundles = bundle::bundles(&system.chains);
-        }
         let own = Pass {
             h: pass.h.into(),
             compliant: pass.compliant.into(),
             first: pass.iteration.0 == 0,
             last: pass.iteration.0 + 1 == pass.iteration.1,
             relaxation: pass.relaxation.into(),
+            section: self.section(),
+            damping: self.damping.get().into(),
         };
-        state.instructions.run(Iteration {
-            bundles,
-            rod: self,
-            pass: &own,
-            part: &mut part,
-            factors,
-            lambdas: &mut system.lambdas,
+        let mut part = part;
+        scratch.with(|scratch| {
+            pass.instructions.run(Iteration {
+                bundles,
+                pass: &own,
+                piece: bundle::Piece {
+                    part: part.reborrow(),
+                    first_particle: pass.first,
+                    first_segment,
+                    // For residuals, which are measured after ticks.
+                    lambdas: if pass.substep.0 + 1 == pass.substep.1 {
+                        lambdas
+                    } else {
+                        &mut []
+                    },
+                },
+                scratch,
+            });
         });
         if own.last {
-            system.segments.clear();
-            system.segments.extend_from_slice(part.segments);
+            segments.copy_from_slice(part.segments);
         }
         false
     }
@@ -272,9 +301,10 @@ impl BodyEffect for Rod {
             first: pass.iteration.0 == 0,
             last: pass.iteration.0 + 1 == pass.iteration.1,
             relaxation: pass.relaxation,
+            section: self.section(),
+            damping: self.damping.get().into(),
         };
         state.system.iterate(
-            self,
             &own,
             |i| Node {
                 x: body.x[i as usize],
@@ -305,7 +335,7 @@ impl BodyEffect for Rod {
     ) {
         let known = RodState::known(state.as_deref(), topology, |i| at(i).0);
         let damping = f64::from(self.damping.get());
-        for (errors, compliances) in known.system.errors(self, |i| at(i).0) {
+        for (errors, compliances) in known.system.errors(self.section(), |i| at(i).0) {
             for (error, compliance) in errors.into_iter().zip(compliances) {
                 for axis in 0..3 {
                     store(Store::Spring {
@@ -331,7 +361,7 @@ impl BodyEffect for Rod {
         });
         let system = &known.system;
         let mut all = SquareSum::default();
-        let errors = system.errors(self, |i| particles.position(i as usize));
+        let errors = system.errors(self.section(), |i| particles.position(i as usize));
         for (i, ([stretch, bend], [along, about])) in errors.enumerate() {
             let segment = &system.chains.segments[i];
             let local = system.segments[i].orientation.conjugate() * system.lambdas[i][0];
@@ -346,7 +376,7 @@ impl BodyEffect for Rod {
     fn bytes(state: &Option<Box<RodState>>) -> usize {
         let bytes = |state: &RodState| {
             let bundles = state.bundles.iter().map(Bundle::bytes).sum::<usize>();
-            size_of::<RodState>() + state.system.bytes() + bundles + size_of_val(&state.factors[..])
+            size_of::<RodState>() + state.system.bytes() + bundles + state.scratch.bytes()
         };
         state.as_deref().map_or(0, bytes)
     }

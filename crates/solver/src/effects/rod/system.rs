@@ -1,7 +1,6 @@
 //! One direct solve of all equations of a chain.
 
 use super::{
-    Rod,
     chains::{Chains, RestSegment},
     elimination::{Block, Elimination, Six},
 };
@@ -39,6 +38,10 @@ pub struct Pass {
     pub last: bool,
     /// Fraction of the correction that is applied, from 0 to 1.
     pub relaxation: f64,
+    /// The section of the rod.
+    pub section: Section,
+    /// Damping τ [s].
+    pub damping: f64,
 }
 
 impl Pass {
@@ -66,19 +69,16 @@ pub struct Section {
     pub stretch: DVec3,
     /// 1/(4EI), 1/(4EI), 1/(4GJ) [1/(N·m²)].
     pub bend: DVec3,
+    /// Radius [m].
+    pub radius: f64,
 }
 
 /// Shear correction of a circular section.
 const SHEAR: f64 = 0.9;
 
 impl Section {
-    pub fn of(rod: &Rod) -> Self {
-        let [modulus, ratio, radius] = [
-            rod.youngs_modulus.get(),
-            rod.poisson_ratio.get(),
-            rod.radius.get(),
-        ]
-        .map(f64::from);
+    /// A circle with a radius [m] of a material with E [Pa] and ν.
+    pub fn circle(radius: f64, modulus: f64, ratio: f64) -> Self {
         let shear = modulus / (2.0 * (1.0 + ratio));
         let area = std::f64::consts::PI * radius * radius;
         let (second, polar) = (area * radius * radius / 4.0, area * radius * radius / 2.0);
@@ -87,6 +87,7 @@ impl Section {
         Self {
             stretch: DVec3::new(across, across, 1.0 / (modulus * area)),
             bend: DVec3::new(bend, bend, 1.0 / (4.0 * shear * polar)),
+            radius,
         }
     }
 }
@@ -132,10 +133,9 @@ impl System {
     /// C_s and C_b of each segment, with their compliances [m/N, 1/(N·m)] in its frame.
     pub fn errors<'a>(
         &'a self,
-        rod: &Rod,
+        section: Section,
         at: impl Fn(u32) -> DVec3 + 'a,
     ) -> impl Iterator<Item = (Errors, Errors)> + 'a {
-        let section = Section::of(rod);
         (0..self.chains.segments.len()).map(move |i| {
             let rest = &self.chains.segments[i];
             let errors = errors(&self.chains.segments, &self.segments, i, &at);
@@ -148,22 +148,16 @@ impl System {
 
     /// One iteration; leaves the displacements of the particles in `moves`. `start` is the position
     /// of a particle at the start of the substep.
-    pub fn iterate(
-        &mut self,
-        rod: &Rod,
-        pass: &Pass,
-        at: impl Fn(u32) -> Node,
-        start: impl Fn(u32) -> DVec3,
-    ) {
+    pub fn iterate(&mut self, pass: &Pass, at: impl Fn(u32) -> Node, start: impl Fn(u32) -> DVec3) {
         if pass.first {
-            self.predict(rod, pass, &at, &start);
+            self.predict(pass, &at, &start);
         }
         if pass.first {
             self.lambdas.fill([DVec3::ZERO; 2]);
         }
         self.moves.fill(DVec3::ZERO);
         for range in self.chains.ranges.clone() {
-            self.solve(range.clone(), rod, pass, &at);
+            self.solve(range.clone(), pass, &at);
             self.apply(range, pass, &at);
         }
         if pass.last {
@@ -176,13 +170,7 @@ impl System {
     }
 
     /// Rotates the segments by inertia; the gyroscopic moment is left out.
-    fn predict(
-        &mut self,
-        rod: &Rod,
-        pass: &Pass,
-        at: &impl Fn(u32) -> Node,
-        start: &impl Fn(u32) -> DVec3,
-    ) {
+    fn predict(&mut self, pass: &Pass, at: &impl Fn(u32) -> Node, start: &impl Fn(u32) -> DVec3) {
         let Self {
             chains,
             segments,
@@ -191,12 +179,12 @@ impl System {
             ..
         } = self;
         before.clear();
-        if rod.damping.get() > 0.0 {
+        if pass.damping > 0.0 {
             let all = 0..chains.segments.len();
             before.extend(all.map(|i| errors(&chains.segments, segments, i, start)));
         }
         predictions.clear();
-        let radius = f64::from(rod.radius.get());
+        let radius = pass.section.radius;
         let step = pass.step();
         for (i, segment) in segments.iter_mut().enumerate() {
             let inverse = inverse_inertia(&chains.segments, i, radius, at).map(|it| it * step);
@@ -212,10 +200,10 @@ impl System {
     }
 
     /// Solves the equations of a chain for the change of its multipliers.
-    fn solve(&mut self, range: Range<usize>, rod: &Rod, pass: &Pass, at: &impl Fn(u32) -> Node) {
-        let section = Section::of(rod);
+    fn solve(&mut self, range: Range<usize>, pass: &Pass, at: &impl Fn(u32) -> Node) {
+        let section = pass.section;
         let per_square = 1.0 / (pass.compliant * pass.compliant);
-        let gamma = f64::from(rod.damping.get()) / pass.compliant;
+        let gamma = pass.damping / pass.compliant;
         let (rest, state) = (&self.chains.segments, &self.segments);
         let first = range.start;
         self.elimination.clear();
