@@ -1,9 +1,12 @@
 //! A report as SVG: projections per second over the size of the body, with their roofs.
 
 use super::{BenchRow, Elastic, Report, Shape, Stepped};
-use crate::output::{
-    OutputError,
-    plot::{COLORS, label_series},
+use crate::{
+    file,
+    output::{
+        OutputError,
+        plot::{COLORS, label_series},
+    },
 };
 use plotters::{coord::Shift, prelude::*};
 use std::path::Path;
@@ -18,11 +21,16 @@ type Failure = Box<dyn std::error::Error>;
 /// # Errors
 /// [`OutputError`] with the file and the system's message.
 pub fn write(path: &Path, report: &Report) -> Result<(), OutputError> {
-    draw(path, report).map_err(|error| OutputError::new(path, error))
+    let write = || -> Result<(), Failure> {
+        let mut text = String::new();
+        draw(&mut text, report)?;
+        Ok(file::replace(path, text.as_bytes())?)
+    };
+    write().map_err(|error| OutputError::new(path, error))
 }
 
-fn draw(path: &Path, report: &Report) -> Result<(), Failure> {
-    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+fn draw(text: &mut String, report: &Report) -> Result<(), Failure> {
+    let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let title = format!(
         "Projections per second, {} instructions",

@@ -1,6 +1,12 @@
 //! `pliant bench`.
 
-use super::{FAILED, check_folder, run::progress_bar, say, say_line};
+use super::{
+    FAILED,
+    outputs::{check_extension, check_folder},
+    run::progress_bar,
+    say, say_line,
+    threads::count,
+};
 use clap::Args;
 use pliant::bench::{self, Options, plot};
 use std::{path::PathBuf, process::ExitCode};
@@ -21,7 +27,7 @@ pub struct Bench {
     only: String,
 
     /// Number of threads to compare with one thread; 0 for one per core
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count, allow_negative_numbers = true)]
     threads: usize,
 
     /// Write a plot of projections per second over body size as SVG
@@ -35,6 +41,7 @@ pub struct Bench {
 
 impl Bench {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        check_extension("--svg", self.svg.as_ref(), "plots are written", "svg")?;
         if let Some(path) = &self.svg {
             check_folder(path)?;
         }

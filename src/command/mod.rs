@@ -1,6 +1,9 @@
-//! The commands. Exit codes: 0 for success, 1 if a check failed, 2 for bad usage.
+//! The commands. Exit codes: 0 for success, 1 if a check failed, 2 for bad usage, 130 if stopped by
+//! Ctrl-C.
 
 mod bench;
+mod interrupt;
+mod outputs;
 mod replay;
 mod run;
 mod scenes;
@@ -13,7 +16,6 @@ use clap::{Parser, Subcommand};
 use std::{
     fmt,
     io::{self, Write},
-    path::Path,
     process::ExitCode,
 };
 
@@ -82,21 +84,4 @@ fn counted(count: usize, noun: &str) -> String {
         1 => format!("1 {noun}"),
         _ => format!("{count} {noun}s"),
     }
-}
-
-/// Checks that the folder of an output file exists, before anything runs.
-fn check_folder(file: &Path) -> anyhow::Result<()> {
-    let folder = file
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    if let Some(folder) = folder
-        && !folder.is_dir()
-    {
-        anyhow::bail!(
-            "cannot write {}: the folder {} does not exist",
-            file.display(),
-            folder.display()
-        );
-    }
-    Ok(())
 }

@@ -2,7 +2,13 @@
 
 mod ablate;
 
-use super::{FAILED, check_folder, counted, say, say_line, threads::ThreadsOption};
+use super::{
+    FAILED, counted,
+    interrupt::{Interrupt, STOPPED},
+    outputs::{Outputs, STANDARD_OUTPUT, check_extension},
+    say, say_line,
+    threads::ThreadsOption,
+};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::{
@@ -62,7 +68,7 @@ pub struct RunScene {
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
 
-    /// Write the statistics of every tick as CSV
+    /// Write the statistics of every tick as CSV; - for the standard output, instead of the summary
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
@@ -74,6 +80,10 @@ pub struct RunScene {
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE.png")]
     screenshot: Option<PathBuf>,
+
+    /// Let an output replace a file that the run reads, such as its scene
+    #[arg(long)]
+    overwrite: bool,
 
     /// Track the sources and sinks of energy. Steps take about three times as long
     #[arg(long)]
@@ -103,8 +113,9 @@ impl RunScene {
         if self.ablate {
             return self.ablate(threads);
         }
-        self.check_outputs()?;
+        self.check_outputs(&[])?;
         let (current, built, acceptance) = self.open()?;
+        self.check_outputs(&current.scene.mesh_files())?;
         let options = RunOptions {
             seconds: self.seconds,
             set: self.set.clone(),
@@ -120,8 +131,10 @@ impl RunScene {
             Recorder::scene_opened(app.world_mut(), About::from(&current));
         }
         let bar = progress_bar();
+        let interrupt = Interrupt::watch();
         let done = run_in(&mut app, &options, |fraction| {
-            bar.set_position((fraction * 1000.0) as u64)
+            bar.set_position((fraction * 1000.0) as u64);
+            interrupt.flow()
         });
         bar.finish_and_clear();
         Recorder::end(app.world_mut());
@@ -136,7 +149,8 @@ impl RunScene {
         if let Some(path) = &self.snapshot {
             Snapshot::take(app.world_mut(), About::from(&current))?.write(path)?;
         }
-        if let Some(path) = &self.csv {
+        let is_csv_printed = self.prints_csv();
+        if let Some(path) = self.csv.as_ref().filter(|_| !is_csv_printed) {
             csv::write(path, &done.history)?;
         }
         if let Some(path) = &self.plot {
@@ -151,7 +165,10 @@ impl RunScene {
             let size = bevy::math::UVec2::new(1280, 800);
             pliant::sandbox::app::picture::picture(&built, built.camera, path, size)?;
         }
-        if self.json {
+        if is_csv_printed {
+            let text = csv::text(&done.history).map_err(|error| anyhow::anyhow!("{error}"))?;
+            say(String::from_utf8_lossy(&text))?;
+        } else if self.json {
             let mut summary = json::run(&current.name, &done);
             summary["notes"] = notes.into();
             say_line(serde_json::to_string_pretty(&summary)?)?;
@@ -159,10 +176,10 @@ impl RunScene {
             let notes = notes.iter().map(|note| format!("note: {note}\n"));
             say(notes.collect::<String>() + &in_words(&current.scene.title, &done))?;
         }
-        Ok(if done.accepted() {
-            ExitCode::SUCCESS
-        } else {
-            ExitCode::from(FAILED)
+        Ok(match done.accepted() {
+            true => ExitCode::SUCCESS,
+            false if done.stopped => ExitCode::from(STOPPED),
+            false => ExitCode::from(FAILED),
         })
     }
 }
@@ -195,25 +212,40 @@ impl RunScene {
         Ok((current, built, acceptance))
     }
 
-    /// Checks the output files, before anything runs: their folders exist, and a plot is SVG.
-    fn check_outputs(&self) -> anyhow::Result<()> {
-        if let Some(plot) = &self.plot
-            && !plot
-                .extension()
-                .is_some_and(|it| it.eq_ignore_ascii_case("svg"))
-        {
-            anyhow::bail!(
-                "cannot write {}: plots are written as SVG; use a name that ends in .svg",
-                plot.display()
-            );
-        }
-        let files = [&self.csv, &self.plot, &self.snapshot, &self.record];
+    /// Whether the standard output is for CSV.
+    fn prints_csv(&self) -> bool {
+        let csv = self.csv.as_ref();
+        csv.is_some_and(|file| file.as_os_str() == STANDARD_OUTPUT)
+    }
+
+    /// Checks the output files, before anything runs. `meshes` are the mesh files of the scene.
+    fn check_outputs(&self, meshes: &[PathBuf]) -> anyhow::Result<()> {
+        check_extension("--plot", self.plot.as_ref(), "plots are written", "svg")?;
+        let mut outputs = Outputs::default();
+        outputs.output("--csv", self.csv.as_ref());
+        outputs.output("--plot", self.plot.as_ref());
+        outputs.output("--snapshot", self.snapshot.as_ref());
+        outputs.output("--record", self.record.as_ref());
         #[cfg(feature = "window")]
-        let files = files.into_iter().chain([&self.screenshot]);
-        files
-            .into_iter()
-            .flatten()
-            .try_for_each(|file| check_folder(file))
+        {
+            let image = self.screenshot.as_ref();
+            check_extension("--screenshot", image, "images are written", "png")?;
+            outputs.output("--screenshot", image);
+        }
+        outputs.refuse_standard_output(&["--snapshot", "--record"])?;
+        if self.prints_csv() && self.json {
+            anyhow::bail!("--csv - and --json both write to the standard output; use one of them");
+        }
+        if let Some(scene) = &self.scene {
+            outputs.input("the scene", scene);
+        }
+        if let Some(snapshot) = &self.from {
+            outputs.input("the snapshot", snapshot);
+        }
+        for mesh in meshes {
+            outputs.input("a mesh of the scene", mesh);
+        }
+        outputs.check(Some(self.overwrite))
     }
 }
 
@@ -272,6 +304,8 @@ pub fn in_words(title: &str, run: &Run) -> String {
         .collect();
     let verdict = if run.accepted() {
         "accepted".to_owned()
+    } else if run.stopped {
+        format!("stopped before {} s and not judged", run.seconds)
     } else {
         format!("failed:\n  {}", run.reasons.join("\n  "))
     };

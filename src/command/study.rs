@@ -32,6 +32,10 @@ pub struct StudyCommand {
     #[arg(long)]
     resume: bool,
 
+    /// Replace the points of an earlier study in the folder
+    #[arg(long, conflicts_with = "resume")]
+    overwrite: bool,
+
     /// Print the jobs of the study, one command per line, and exit
     #[arg(long, conflicts_with_all = ["resume", "only", "merge"])]
     list: bool,
@@ -62,6 +66,14 @@ impl StudyCommand {
                 say_line(self.part(&case.id()))?;
             }
             return Ok(ExitCode::SUCCESS);
+        }
+        let points = self.out.join(journal::FILE);
+        if points.exists() && !self.resume && !self.overwrite {
+            anyhow::bail!(
+                "{} has the points of an earlier study; continue it with --resume, give another --out, or \
+                 replace it with --overwrite",
+                points.display()
+            );
         }
         let study = if self.merge.is_empty() {
             let bar = progress_bar();

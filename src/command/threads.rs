@@ -7,8 +7,14 @@ use pliant::solver::{Threads, ThreadsError};
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadsOption {
     /// Number of solver threads; 0 for one per core. Results are bit-identical for any number
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count, allow_negative_numbers = true)]
     threads: usize,
+}
+
+/// A number of threads.
+pub fn count(text: &str) -> Result<usize, String> {
+    let found = text.parse();
+    found.map_err(|_| "expected a whole number from 0, which is one per core".to_owned())
 }
 
 impl ThreadsOption {

@@ -1,6 +1,6 @@
 //! `pliant torture`.
 
-use super::{FAILED, run::progress_bar, say, say_line};
+use super::{FAILED, run::progress_bar, say, say_line, threads::count};
 use clap::Args;
 use pliant::torture::{
     Advice, CASES, Job, Options, Outcome, SuiteRow, advice, jobs, report,
@@ -30,7 +30,7 @@ pub struct TortureCommand {
     quick: bool,
 
     /// Multiply the number of random mixtures in each family (10 takes eight minutes on two cores)
-    #[arg(long, value_name = "TIMES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "TIMES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
     mixtures: u32,
 
     /// Run one member of the one case, by its number or its name in the list
@@ -55,7 +55,7 @@ pub struct TortureCommand {
     report: Option<PathBuf>,
 
     /// Number of members to run at the same time; 0 for one per core
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count, allow_negative_numbers = true)]
     threads: usize,
 }
 

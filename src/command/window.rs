@@ -75,15 +75,24 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 impl Window {
     #[cfg(feature = "window")]
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        use super::check_folder;
+        use super::outputs::Outputs;
         use pliant::{
             recording::Recorder,
             sandbox::{SandboxOptions, run},
         };
         let threads = self.threads.start()?;
-        self.check_scene()?;
+        let mut outputs = Outputs::default();
+        outputs.output("--record", self.record.as_ref());
+        outputs.output("--journal", self.journal.as_ref());
+        outputs.refuse_standard_output(&["--record", "--journal"])?;
+        if let Some(scene) = &self.scene {
+            outputs.input("the scene", scene);
+        }
+        for mesh in self.check_scene()? {
+            outputs.input("a mesh of the scene", mesh);
+        }
+        outputs.check(None)?;
         if let Some(path) = &self.record {
-            check_folder(path)?;
             // Checked here, before the window opens and the scene runs.
             drop(Recorder::create(path)?);
         }
@@ -113,16 +122,18 @@ impl Window {
     }
 
     /// Checks that the scene can be opened, so that an error appears here and not in the window.
-    fn check_scene(&self) -> anyhow::Result<()> {
+    /// Returns its mesh files.
+    fn check_scene(&self) -> anyhow::Result<Vec<PathBuf>> {
         if let Some(name) = &self.scene
             && !is_snapshot(Path::new(name))
         {
             let current = Scene::load(name).with_context(|| no_scene(name))?;
             build(&current.scene)?;
+            return Ok(current.scene.mesh_files());
         } else if let Some(name) = &self.scene {
             Snapshot::read(Path::new(name))?;
         }
-        Ok(())
+        Ok(Vec::new())
     }
 
     /// Prints why the window cannot be opened, and runs the scene without it.

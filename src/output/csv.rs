@@ -1,7 +1,7 @@
 //! Figures as CSV: one row per tick, with the unit of each column in its name.
 
 use super::OutputError;
-use crate::simulation::Statistics;
+use crate::{file, simulation::Statistics};
 use std::path::Path;
 
 /// Names of the columns, with units.
@@ -75,15 +75,21 @@ fn optional(figure: Option<impl ToString>) -> String {
 /// # Errors
 /// [`OutputError`] with the file and the system's message.
 pub fn write(path: &Path, history: &[Statistics]) -> Result<(), OutputError> {
-    let mut writer = create(path)?;
+    let text = text(history).map_err(|error| OutputError::new(path, error))?;
+    file::replace(path, &text).map_err(|error| OutputError::new(path, error))
+}
+
+/// Rows as text, with a header.
+///
+/// # Errors
+/// Of the CSV writer.
+pub fn text(history: &[Statistics]) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(COLUMNS)?;
     for figures in history {
-        writer
-            .write_record(row(figures))
-            .map_err(|error| OutputError::new(path, error))?;
+        writer.write_record(row(figures))?;
     }
-    writer
-        .flush()
-        .map_err(|error| OutputError::new(path, error))
+    Ok(writer.into_inner()?)
 }
 
 /// Creates a file with its header, for rows that are written one at a time.

@@ -42,6 +42,7 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "smallest_gap_m": run.smallest_gap(),
         "crossings": run.crossings(),
         "state_hash": format!("{:016x}", run.state_hash),
+        "stopped": run.stopped,
         "accepted": run.accepted(),
         "reasons": run.reasons,
     });

@@ -2,7 +2,7 @@
 //! time.
 
 use super::OutputError;
-use crate::simulation::Statistics;
+use crate::{file, simulation::Statistics};
 use plotters::{
     coord::{CoordTranslate, Shift},
     drawing::DrawingAreaErrorKind,
@@ -28,11 +28,16 @@ type Failure = Box<dyn std::error::Error>;
 /// # Errors
 /// [`OutputError`] with the file and the system's message.
 pub fn write(path: &Path, title: &str, history: &[Statistics]) -> Result<(), OutputError> {
-    draw(path, title, history).map_err(|error| OutputError::new(path, error))
+    let write = || -> Result<(), Failure> {
+        let mut text = String::new();
+        draw(&mut text, title, history)?;
+        Ok(file::replace(path, text.as_bytes())?)
+    };
+    write().map_err(|error| OutputError::new(path, error))
 }
 
-fn draw(path: &Path, title: &str, history: &[Statistics]) -> Result<(), Failure> {
-    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+fn draw(text: &mut String, title: &str, history: &[Statistics]) -> Result<(), Failure> {
+    let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let root = root.titled(title, ("sans-serif", 22))?;
     let panels = root.split_evenly((3, 1));

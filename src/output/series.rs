@@ -1,6 +1,7 @@
 //! Curves over a common axis, in small multiples: as CSV and as SVG.
 
 use super::OutputError;
+use crate::file;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -34,12 +35,12 @@ impl Multiples {
     /// # Errors
     /// [`OutputError`] with the file and the system's message.
     pub fn write_csv(&self, path: &Path) -> Result<(), OutputError> {
-        self.csv(path)
-            .map_err(|error| OutputError::new(path, error))
+        let write = || Ok::<_, Failure>(file::replace(path, &self.csv()?)?);
+        write().map_err(|error| OutputError::new(path, error))
     }
 
-    fn csv(&self, path: &Path) -> Result<(), Failure> {
-        let mut writer = csv::Writer::from_path(path)?;
+    fn csv(&self) -> Result<Vec<u8>, Failure> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
         let columns = || [&self.axis].into_iter().chain(&self.curves);
         writer.write_record(columns().map(|column| &column.name))?;
         for row in 0..self.axis.values.len() {
@@ -49,8 +50,7 @@ impl Multiples {
             };
             writer.write_record(columns().map(cell))?;
         }
-        writer.flush()?;
-        Ok(())
+        Ok(writer.into_inner()?)
     }
 
     /// Draws each curve in a panel of its own, one below the other.
@@ -58,16 +58,20 @@ impl Multiples {
     /// # Errors
     /// [`OutputError`] with the file and the system's message.
     pub fn write_svg(&self, path: &Path) -> Result<(), OutputError> {
-        self.svg(path)
-            .map_err(|error| OutputError::new(path, error))
+        let write = || -> Result<(), Failure> {
+            let mut text = String::new();
+            self.svg(&mut text)?;
+            Ok(file::replace(path, text.as_bytes())?)
+        };
+        write().map_err(|error| OutputError::new(path, error))
     }
 
-    fn svg(&self, path: &Path) -> Result<(), Failure> {
+    fn svg(&self, text: &mut String) -> Result<(), Failure> {
         /// Width, and height of a panel and of the title [px].
         const SIZES: (u32, u32, u32) = (800, 190, 40);
         let panels = self.curves.len().max(1);
         let height = SIZES.2 + SIZES.1 * panels as u32;
-        let root = SVGBackend::new(path, (SIZES.0, height)).into_drawing_area();
+        let root = SVGBackend::with_string(text, (SIZES.0, height)).into_drawing_area();
         root.fill(&WHITE)?;
         let root = root.titled(&self.title, ("sans-serif", 20))?;
         let times = range(&self.axis.values, 0.0);

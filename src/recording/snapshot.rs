@@ -10,6 +10,7 @@ use super::{
     stored::{Stored, check_effects},
 };
 use crate::{
+    file,
     scene::{Acceptance, BuiltScene, CameraSpec, CurrentScene, Look, Scene},
     simulation::{
         BodySkin, NewBody, SimulationClock, SpawnOrders,
@@ -197,12 +198,12 @@ impl Snapshot {
         stored.into_snapshot()
     }
 
-    /// Writes a file, or replaces an existing one.
+    /// Writes a file, or [replaces](file::replace) an existing one.
     ///
     /// # Errors
     /// [`SnapshotError::File`].
     pub fn write(&self, path: &Path) -> Result<(), SnapshotError> {
-        std::fs::write(path, self.to_bytes()).map_err(|error| file_error(path, error))
+        file::replace(path, &self.to_bytes()).map_err(|error| file_error(path, error))
     }
 
     /// Reads a file.

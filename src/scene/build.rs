@@ -20,7 +20,7 @@ use crate::{
 };
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
-use std::sync::Arc;
+use std::{path::PathBuf, sync::Arc};
 
 /// A scene that has been built.
 #[derive(Debug, Clone)]
@@ -253,6 +253,19 @@ impl Scene {
         };
         let collider = Collider::moving(shape, start, spec.path.clone())?;
         Ok((collider, notes))
+    }
+
+    /// The mesh files of its bodies and colliders.
+    #[must_use]
+    pub fn mesh_files(&self) -> Vec<PathBuf> {
+        let of_bodies = self.bodies.iter().filter_map(|body| body.mesh.as_ref());
+        let of_bodies = of_bodies.map(|mesh| &mesh.file);
+        let of_colliders = self.colliders.iter().filter_map(|it| match &it.shape {
+            ShapeSpec::Mesh { file, .. } => Some(file),
+            _ => None,
+        });
+        let files = of_bodies.chain(of_colliders).filter(|file| is_path(file));
+        files.map(|file| self.folder.join(file)).collect()
     }
 
     fn file_mesh(&self, file: &str) -> Result<FileMesh, mesh::MeshError> {

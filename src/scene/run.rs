@@ -16,6 +16,7 @@ use crate::{
     solver::Threads,
 };
 use bevy::prelude::*;
+use std::ops::ControlFlow;
 
 /// Options of a run.
 #[derive(Debug, Clone, Default)]
@@ -62,15 +63,17 @@ pub struct Run {
     pub state_hash: u64,
     /// The final world.
     pub world: crate::solver::World,
-    /// Simulated time [s].
+    /// Simulated time [s] that was asked for.
     pub seconds: f64,
+    /// Whether it ended before that time, in which case nothing was judged.
+    pub stopped: bool,
 }
 
 impl Run {
-    /// Whether all criteria hold.
+    /// Whether it was completed and all criteria hold.
     #[must_use]
     pub fn accepted(&self) -> bool {
-        self.reasons.is_empty()
+        self.reasons.is_empty() && !self.stopped
     }
 
     /// Maximum number of crossings of an edge and a triangle after any tick; `None` if no body has
@@ -131,11 +134,14 @@ pub fn headless(built: &BuiltScene) -> App {
 pub fn run(
     built: &BuiltScene,
     options: &RunOptions,
-    progress: impl FnMut(f64),
+    mut progress: impl FnMut(f64),
 ) -> Result<Run, OverrideError> {
     let mut app = headless(built);
     prepare(&mut app, options)?;
-    Ok(run_in(&mut app, options, progress))
+    Ok(run_in(&mut app, options, |fraction| {
+        progress(fraction);
+        ControlFlow::Continue(())
+    }))
 }
 
 /// Prepares an app that contains a scene for a run with the given options.
@@ -155,8 +161,12 @@ pub fn prepare(app: &mut App, options: &RunOptions) -> Result<(), OverrideError>
     Ok(())
 }
 
-/// Runs the scene in a prepared app, as [`run`] does.
-pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)) -> Run {
+/// Runs the scene in a prepared app, as [`run`] does. `progress` can end it early.
+pub fn run_in(
+    app: &mut App,
+    options: &RunOptions,
+    mut progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Run {
     let world = app.world_mut();
     let settings = **world.resource::<SimulationSettings>();
     let start = plain::capture(world);
@@ -168,6 +178,7 @@ pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)
     let ticks = (seconds * settings.rate.get()).round().max(1.0) as u64;
     let mut history = vec![measure(world)];
     let mut times = Vec::new();
+    let mut stopped = false;
     for done in 1..=ticks {
         tick(world);
         let profile = world.resource::<crate::simulation::Profile>();
@@ -179,15 +190,20 @@ pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)
             ecs,
         });
         history.push(world.resource::<Statistics>().clone());
-        progress(done as f64 / ticks as f64);
+        if progress(done as f64 / ticks as f64).is_break() && done < ticks {
+            stopped = true;
+            break;
+        }
     }
     let end = plain::capture(world);
     let nothing = super::Acceptance {
         seconds,
         checks: Vec::new(),
     };
+    let judged = acceptance.filter(|_| !stopped).unwrap_or(&nothing);
     Run {
-        reasons: acceptance.unwrap_or(&nothing).judge(&start, &end, &history),
+        reasons: judged.judge(&start, &end, &history),
+        stopped,
         history,
         times,
         systems: system_names(world),

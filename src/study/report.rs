@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     bench::Spread,
+    file,
     output::{
         self,
         document::{self, Block},
@@ -25,7 +26,7 @@ pub const TARGETS: [f64; 3] = [0.1, 0.01, 0.001];
 pub fn write(folder: &Path, study: &Study) -> Result<(), StudyError> {
     let save = |name: &str, text: &str| {
         let path = folder.join(name);
-        std::fs::write(&path, text).map_err(|error| StudyError::unwritable(&path, error))
+        file::replace(&path, text.as_bytes()).map_err(|error| StudyError::unwritable(&path, error))
     };
     let mut blocks = page::beginning(study);
     let mut pictures = Vec::new();
@@ -197,7 +198,7 @@ pub const COLUMNS: [&str; 22] = [
 
 fn write_csv(path: &Path, study: &Study) -> Result<(), StudyError> {
     let unwritable = |error: &dyn std::fmt::Display| StudyError::unwritable(path, error);
-    let mut writer = csv::Writer::from_path(path).map_err(|error| unwritable(&error))?;
+    let mut writer = csv::Writer::from_writer(Vec::new());
     writer
         .write_record(COLUMNS)
         .map_err(|error| unwritable(&error))?;
@@ -210,7 +211,8 @@ fn write_csv(path: &Path, study: &Study) -> Result<(), StudyError> {
             }
         }
     }
-    writer.flush().map_err(|error| unwritable(&error))
+    let text = writer.into_inner().map_err(|error| unwritable(&error))?;
+    file::replace(path, &text).map_err(|error| unwritable(&error))
 }
 
 fn row(problem: &ProblemResult, case: &CaseResult, point: &Point) -> [String; COLUMNS.len()] {

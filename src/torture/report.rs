@@ -6,9 +6,12 @@ use super::{
     run::{Crews, run_member},
     table,
 };
-use crate::output::{
-    self, OutputError,
-    document::{self, Block},
+use crate::{
+    file,
+    output::{
+        self, OutputError,
+        document::{self, Block},
+    },
 };
 use std::path::Path;
 
@@ -20,7 +23,7 @@ pub fn write(folder: &Path, rows: &[SuiteRow]) -> Result<(), TortureError> {
     std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error))?;
     let save = |name: &str, text: &str| -> Result<(), OutputError> {
         let path = folder.join(name);
-        std::fs::write(&path, text).map_err(|error| OutputError::new(&path, error))
+        file::replace(&path, text.as_bytes()).map_err(|error| OutputError::new(&path, error))
     };
     let mut blocks = vec![
         Block::Heading(1, "Robustness".to_owned()),

@@ -21,7 +21,7 @@ const LAYERS: [&[&str]; 9] = [
     &["recording"],
     &["scene"],
     &["effect", "simulation"],
-    &["suggestion"],
+    &["file", "suggestion"],
 ];
 
 /// Layers of the window's modules.

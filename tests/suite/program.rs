@@ -3,7 +3,7 @@
 use pliant::scene::registry::SCENES;
 use serde_json::Value;
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::{Command, Output},
 };
 
@@ -67,6 +67,7 @@ fn run_prints_one_object_with_all_figures() {
         "volume_error",
         "residual",
         "state_hash",
+        "stopped",
         "accepted",
         "reasons",
     ] {
@@ -287,7 +288,32 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
             &["run", "jelly_cube", "--threads", "two"],
             &["two", "--threads"],
         ),
-        (&["run", "jelly_cube", "--threads=-1"], &["-1", "--threads"]),
+        (
+            &["run", "jelly_cube", "--threads=-1"],
+            &["-1", "--threads", "whole number from 0"],
+        ),
+        (
+            &["run", "jelly_cube", "--threads", "-1"],
+            &["-1", "--threads", "whole number from 0"],
+        ),
+        (&["--threads", "-1"], &["whole number from 0"]),
+        (&["bench", "--threads", "-1"], &["whole number from 0"]),
+        (&["torture", "--threads", "-1"], &["whole number from 0"]),
+        (&["torture", "--mixtures", "-1"], &["-1", "--mixtures"]),
+        (&["bench", "--svg", "x.png"], &["x.png", "ends in .svg"]),
+        (
+            &["run", "jelly_cube", "--csv", "a", "--snapshot", "./a"],
+            &["--csv and --snapshot would both write", "a file of its own"],
+        ),
+        (
+            &["run", "jelly_cube", "--csv", "-", "--json"],
+            &["--csv -", "--json"],
+        ),
+        (
+            &["run", "jelly_cube", "--snapshot", "-"],
+            &["--snapshot", "./-"],
+        ),
+        (&["run", "jelly_cube", "--csv", "/"], &["it is a folder"]),
         (&["run"], &["SCENE"]),
     ] {
         let output = pliant(arguments);
@@ -301,6 +327,159 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
         }
         assert!(!said.contains("panicked"), "{said}");
     }
+}
+
+/// A scene with a mesh of its own, and a snapshot of it.
+fn files(folder: &Path) -> [String; 3] {
+    let [scene, mesh, snapshot] =
+        ["my.ron", "my.obj", "my.snap"].map(|name| folder.join(name).display().to_string());
+    let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let body = "(name: \"t\", mesh: (file: \"my.obj\", cells: 3), position: (0, 1, 0), effects: (stretch: ()))";
+    let text = format!(
+        "Scene(title: \"t\", look_at: \"l\", bodies: [{body}], acceptance: (seconds: 0.1))"
+    );
+    std::fs::write(&mesh, tetrahedron).expect("written");
+    std::fs::write(&scene, text).expect("written");
+    let output = pliant(&["run", &scene, "--snapshot", &snapshot]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    [scene, mesh, snapshot]
+}
+
+#[test]
+fn an_output_replaces_no_file_that_the_run_reads_unless_that_is_meant() {
+    let folder = folder("inputs");
+    let [scene, mesh, snapshot] = files(&folder);
+    let read = |path: &str| std::fs::read(path).expect("it is there");
+    let before = [&scene, &mesh, &snapshot].map(|path| read(path));
+    let twisted = folder.join("../").join(folder.file_name().expect("a name"));
+    let twisted = twisted.join("my.ron").display().to_string();
+    for (arguments, word) in [
+        (&["run", &scene, "--csv", &scene][..], "the scene"),
+        (&["run", &scene, "--csv", &twisted], "the scene"),
+        (&["run", &scene, "--record", &scene], "the scene"),
+        (&["run", &scene, "--snapshot", &mesh], "a mesh of the scene"),
+        (&["run", &mesh, "--csv", &mesh], "the scene"),
+        (
+            &["run", "--from", &snapshot, "--snapshot", &snapshot],
+            "the snapshot",
+        ),
+        (&["run", &scene, "--plot", &scene], "ends in .svg"),
+    ] {
+        let output = pliant(arguments);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(word), "{arguments:?}: {said}");
+        let now = [&scene, &mesh, &snapshot].map(|path| read(path));
+        assert!(now == before, "{arguments:?} changed a file");
+    }
+    let meant = pliant(&[
+        "run",
+        "--from",
+        &snapshot,
+        "--seconds",
+        "0.1",
+        "--snapshot",
+        &snapshot,
+        "--overwrite",
+    ]);
+    assert!(meant.status.success(), "{}", stderr(&meant));
+    assert!(read(&snapshot) != before[2]);
+    std::fs::remove_dir_all(folder).expect("it was made here");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_input_is_known_by_its_other_names() {
+    let folder = folder("links");
+    let [scene, ..] = files(&folder);
+    let before = std::fs::read(&scene).expect("it is there");
+    let [soft, hard] = ["soft.csv", "hard.csv"].map(|name| folder.join(name));
+    std::os::unix::fs::symlink(&scene, &soft).expect("it can be linked");
+    std::fs::hard_link(&scene, &hard).expect("it can be linked");
+    for link in [&soft, &hard] {
+        let output = pliant(&["run", &scene, "--csv", &link.display().to_string()]);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert_eq!(std::fs::read(&scene).expect("it is there"), before);
+    }
+    std::fs::remove_dir_all(folder).expect("it was made here");
+}
+
+#[test]
+fn the_figures_of_every_tick_can_be_piped() {
+    let folder = folder("piped");
+    let output = Command::new(env!("CARGO_BIN_EXE_pliant"))
+        .current_dir(&folder)
+        .args(["run", "jelly_cube", "--seconds", "0.1", "--csv", "-"])
+        .output()
+        .expect("the program starts");
+    let text = stdout(&output);
+    assert!(text.starts_with("tick,time_s,"), "{text}");
+    assert_eq!(text.lines().count(), 1 + 7, "a header, and ticks 0 to 6");
+    assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 0);
+    std::fs::remove_dir_all(folder).expect("it was made here");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_run_with_the_figures_so_far() {
+    let folder = folder("stopped");
+    let [csv, snapshot] = ["a.csv", "a.snap"].map(|name| folder.join(name).display().to_string());
+    let arguments = [
+        "run",
+        "jelly_cube",
+        "--seconds",
+        "100000",
+        "--csv",
+        &csv,
+        "--snapshot",
+        &snapshot,
+    ];
+    let child = Command::new(env!("CARGO_BIN_EXE_pliant"))
+        .args(arguments)
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    // It is watched for once the run has begun, which takes milliseconds.
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status();
+    assert!(sent.expect("there is a kill").success());
+    let output = child.wait_with_output().expect("it ends");
+    let said = stdout(&output);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(
+        said.contains("stopped before 100000 s and not judged"),
+        "{said}"
+    );
+    let rows = std::fs::read_to_string(&csv).expect("it is written");
+    assert!(rows.lines().count() > 2, "{rows}");
+    let further = pliant(&["run", "--from", &snapshot, "--seconds", "0.1"]);
+    assert!(further.status.success(), "{}", stderr(&further));
+    std::fs::remove_dir_all(folder).expect("it was made here");
+}
+
+#[test]
+fn a_study_replaces_no_other_study_unless_that_is_meant() {
+    let folder = folder("studies");
+    let out = folder.display().to_string();
+    let study = |arguments: &[&str]| {
+        let all = [&["study", "--quick", "--out", &out], arguments].concat();
+        pliant(&all)
+    };
+    let first = study(&["hanging_mass"]);
+    assert!(first.status.success(), "{}", stderr(&first));
+    let points = folder.join(pliant::study::journal::FILE);
+    let before = std::fs::read(&points).expect("points");
+    let refused = study(&["spring_period"]);
+    let said = stderr(&refused);
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    for word in ["earlier study", "--resume", "--overwrite", "--out"] {
+        assert!(said.contains(word), "{said}");
+    }
+    assert_eq!(std::fs::read(&points).expect("points"), before);
+    assert!(study(&["hanging_mass", "--resume"]).status.success());
+    assert!(study(&["hanging_mass", "--overwrite"]).status.success());
+    std::fs::remove_dir_all(folder).expect("it was made here");
 }
 
 #[test]

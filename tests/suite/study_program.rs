@@ -199,7 +199,7 @@ fn parts_that_are_put_together_are_the_same_study() {
         text(&whole),
         text(&other),
         "--out",
-        text(&merged),
+        text(&folder.join("both")),
     ]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(words(&refused.stderr).contains("another study"));

@@ -6,6 +6,7 @@
 
 use super::bodies::{self, report};
 use crate::{
+    file as whole_file,
     sandbox::{
         state::{
             presets::{Preset, Presets},
@@ -162,10 +163,8 @@ fn write(folder: &Path, preset: &Preset) -> io::Result<()> {
     let text = preset.parameters.to_text().map_err(io::Error::other)?;
     let name = &preset.name;
     fs::create_dir_all(folder)?;
-    fs::write(
-        file(folder, name),
-        format!("(\nname: {name:?},\nbody: {body:?},\n{text})\n"),
-    )
+    let text = format!("(\nname: {name:?},\nbody: {body:?},\n{text})\n");
+    whole_file::replace(&file(folder, name), text.as_bytes())
 }
 
 fn read_all(folder: &Path) -> (Vec<Preset>, Vec<String>) {

@@ -5,6 +5,7 @@
 
 use super::{film::Pixels, pictures};
 use crate::{
+    file,
     sandbox::state::{event::ScreenshotSaved, view::ViewCommand},
     scene::CurrentScene,
     simulation::SimulationClock,
@@ -96,5 +97,5 @@ pub(in crate::sandbox) fn save(image: &Image, path: &Path) -> Result<(), String>
         _ => pixels.write_to(&mut Cursor::new(&mut bytes), format),
     };
     encoded.map_err(|error| error.to_string())?;
-    std::fs::write(path, bytes).map_err(|error| error.to_string())
+    file::replace(path, &bytes).map_err(|error| error.to_string())
 }

@@ -1,7 +1,7 @@
 //! Encodes frames as a GIF on a thread of its own. The file is written beside its place and renamed
 //! when it is complete.
 
-use crate::sandbox::app::keep::files::beside;
+use crate::file::beside;
 use gif::{Encoder as Gif, Frame, Repeat};
 use std::{
     collections::BTreeMap,

@@ -1,10 +1,9 @@
 //! Names, folders and writing of files that a user saves. A file is written beside its place and
 //! then renamed, so that a full disk damages nothing; no file is replaced unless that was asked for.
 
+use crate::file;
 use std::{
-    ffi::OsString,
-    fs::{self, File},
-    io::{self, Write},
+    fs, io,
     path::{Path, PathBuf},
 };
 
@@ -86,7 +85,7 @@ pub fn free_name(folder: &Path, name: &str, extension: &str) -> String {
     all.find(|name| !taken(name)).unwrap_or_default()
 }
 
-/// Writes a file beside its place and renames it. Creates the folder. Only replaces a file if
+/// Writes a [whole file](file::replace). Creates the folder. Only replaces a file if
 /// `replace`.
 ///
 /// # Errors
@@ -105,25 +104,7 @@ pub fn write(path: &Path, bytes: &[u8], replace: bool) -> Result<(), WriteError>
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(failed)?;
     }
-    let beside = beside(path);
-    let written = File::create(&beside)
-        .and_then(|mut file| {
-            file.write_all(bytes)?;
-            file.sync_all()
-        })
-        .and_then(|()| fs::rename(&beside, path));
-    written.map_err(|error| {
-        // What could not be finished is of no use; that it cannot be removed changes nothing.
-        let _ = fs::remove_file(&beside);
-        failed(error)
-    })
-}
-
-/// The temporary file of a file.
-pub fn beside(path: &Path) -> PathBuf {
-    let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
-    name.push(format!(".{}.part", std::process::id()));
-    path.with_file_name(name)
+    file::replace(path, bytes).map_err(failed)
 }
 
 #[cfg(test)]
