@@ -15,7 +15,7 @@
 //!         SoftBody::cuboid(Vec3::splat(0.4), UVec3::splat(4)).build(), // m
 //!         Stretch { compliance: Compliance::of(1e-5), ..default() },   // m/N
 //!         Volume::default(),                                           // incompressible
-//!         Ground { height: -1.0, ..default() },                        // m
+//!         Ground { height: Height::of(-1.0), ..default() },            // m
 //!     ))
 //!     .id();
 //!
@@ -98,6 +98,8 @@ pub mod ablation;
 pub mod avian;
 pub mod bench;
 pub mod effect;
+#[doc(hidden)]
+pub mod file;
 pub mod output;
 pub mod prelude;
 pub mod recording;

@@ -13,7 +13,7 @@ pub use crate::{
     },
     solver::{
         Body, Collider, ColliderMesh, ColliderShape, Compliance, Damping, Density, Friction,
-        Iterations, Particles, Path, Pose, Rate, RestShape, Restitution, Settings, Stiffness,
-        Substeps, Topology,
+        Height, Iterations, Particles, Path, Pose, Rate, RestShape, Restitution, Settings,
+        Stiffness, Substeps, Topology,
     },
 };

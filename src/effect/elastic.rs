@@ -45,6 +45,19 @@ pub(super) fn elements(kind: ElasticKind, body: &EntityRef) -> usize {
         .map_or(0, |topology| kind.elements(topology))
 }
 
+/// Reason why an elastic effect cannot act on a body: it has nothing of the kind.
+pub(super) fn unfit(kind: ElasticKind, body: &EntityRef) -> Option<String> {
+    let topology = body.get::<SoftBody>()?;
+    (kind.elements(topology) == 0).then(|| {
+        format!(
+            "there is nothing for it to act on; the body has {} edges, {} triangles and {} tetrahedra",
+            topology.edges.ends().len(),
+            topology.triangles.len(),
+            topology.tetrahedra.corners().len(),
+        )
+    })
+}
+
 /// Number of elements of another effect on a body.
 pub(super) fn body_elements(kind: BodyEffectKind, body: &EntityRef) -> usize {
     let parts = body.get::<SoftBody>().zip(body.get::<EffectStates>());
@@ -89,6 +102,11 @@ macro_rules! elastic {
 
         fn when_added() -> Option<Self> {
             Some(Self::default())
+        }
+
+        fn unfit(body: &bevy::prelude::EntityRef, _: &crate::solver::Settings) -> Option<String> {
+            use crate::solver::elastic::Elastic;
+            super::elastic::unfit(Self::KIND, body)
         }
 
         fn elements(&self, body: &bevy::prelude::EntityRef) -> usize {

@@ -2,8 +2,8 @@
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{
-    BodyEffectKind, Friction, Ground, Restitution, RollingResistance, StickyGround, advance::Stage,
-    quantity::finite,
+    BodyEffectKind, Friction, Ground, Height, Restitution, RollingResistance, StickyGround,
+    advance::Stage,
 };
 
 impl Effect for Ground {
@@ -18,9 +18,9 @@ impl Effect for Ground {
             help: "Height of the ground plane.",
             range: (-2.0, 2.0),
             scale: Scale::Linear,
-            get: |ground| ground.height.into(),
+            get: |ground| ground.height.get().into(),
             set: |ground, value| {
-                ground.height = finite("height", value as f32)?;
+                ground.height = Height::new(value as f32)?;
                 Ok(())
             },
         },
@@ -61,9 +61,9 @@ impl Effect for StickyGround {
         help: "Height of the ground plane.",
         range: (-2.0, 2.0),
         scale: Scale::Linear,
-        get: |ground| ground.height.into(),
+        get: |ground| ground.height.get().into(),
         set: |ground, value| {
-            ground.height = finite("height", value as f32)?;
+            ground.height = Height::new(value as f32)?;
             Ok(())
         },
     }];

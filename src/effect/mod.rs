@@ -96,7 +96,8 @@ mod volume;
 mod weave;
 
 pub use registry::{
-    Effect, EffectInfo, EffectPlugin, EffectRegistry, Figures, Parameter, ParameterInfo, Scale,
+    Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,
+    ParameterInfo, Scale,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies};

@@ -2,9 +2,9 @@
 
 use crate::{
     simulation::{
-        Asleep, ContactSchedule, EffectSystems, RestTimer, SimulationClock, SoftBody,
-        SolveSchedule, StepSchedule, StepSystems, SubstepSchedule,
-        plan::{self, schedules_of_substep},
+        Asleep, ContactSchedule, EffectSystems, RestTimer, SimulationClock, SimulationSettings,
+        SoftBody, SolveSchedule, StepSchedule, StepSystems, SubstepSchedule,
+        plan::{self, BuiltinForces, PlannedSystems, schedules_of_substep},
         wake_changed,
     },
     solver::{InvalidValue, Settings, advance::Stage, measure::SquareSum},
@@ -278,6 +278,20 @@ impl EffectInfo {
 pub struct EffectRegistry {
     effects: Vec<EffectInfo>,
     stale: bool,
+    /// Entities that got an effect of this name, or a mesh, since the last tick.
+    added: Vec<(Entity, Option<&'static str>)>,
+}
+
+/// A body carries an effect that cannot act on it, such as [`Volume`](super::Volume) on a cloth.
+/// Written once, before the next tick; the effect does nothing.
+#[derive(Message, Debug, Clone, PartialEq, Eq)]
+pub struct EffectUnfit {
+    /// The body.
+    pub body: Entity,
+    /// Name of the effect.
+    pub effect: &'static str,
+    /// Message with body, effect and reason, in a sentence.
+    pub text: String,
 }
 
 impl EffectRegistry {
@@ -327,7 +341,13 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
             "there is an effect called “{}” already; give this one another name",
             E::NAME
         );
-        let before = registry.effects.last().map(|effect| effect.name);
+        // Effects of the crate and those of users are two chains: where both act, phases order
+        // them. One chain through all would contradict the phases: a user's effect is registered
+        // last and acts before grabs.
+        let is_planned = E::STAGE.is_some();
+        let mut others = registry.effects.iter().rev();
+        let before = others.find(|other| other.is_planned == is_planned);
+        let before = before.map(|effect| effect.name);
         registry.effects.push(EffectInfo::of::<E>());
         if let Some(before) = before {
             let after = || EffectSystems(E::NAME).after(EffectSystems(before));
@@ -335,9 +355,15 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
             app.configure_sets(SubstepSchedule, after());
             app.configure_sets(ContactSchedule, after());
         }
+        if !is_planned {
+            let own = || EffectSystems(E::NAME);
+            app.configure_sets(SubstepSchedule, own().after(BuiltinForces));
+            app.configure_sets(ContactSchedule, own().after(PlannedSystems));
+        }
         app.add_observer(
             |added: On<Add, E>, mut registry: ResMut<EffectRegistry>, mut commands: Commands| {
                 registry.stale = true;
+                registry.added.push((added.entity, Some(E::NAME)));
                 commands
                     .entity(added.entity)
                     .try_insert(E::State::default());
@@ -367,9 +393,10 @@ fn schedules() -> [InternedScheduleLabel; 4] {
     [StepSchedule.intern(), substep, solve, contact]
 }
 
-/// Called when an entity that carries effects becomes a body.
-pub(crate) fn body_added(_: On<Add, SoftBody>, mut registry: ResMut<EffectRegistry>) {
+/// Called when an entity that carries effects becomes a body, or gets another mesh.
+pub(crate) fn body_added(body: On<Insert, SoftBody>, mut registry: ResMut<EffectRegistry>) {
     registry.stale = true;
+    registry.added.push((body.entity, None));
 }
 
 /// Called when an entity that carries effects is no longer a body.
@@ -385,6 +412,7 @@ pub(crate) fn follow_bodies(world: &mut World) {
     if !stale || world.resource::<SimulationClock>().mid_tick() {
         return;
     }
+    say_what_is_unfit(world);
     world.resource_scope(|world, mut registry: Mut<EffectRegistry>| {
         registry.stale = false;
         for effect in &mut registry.effects {
@@ -400,6 +428,45 @@ pub(crate) fn follow_bodies(world: &mut World) {
             }
         }
     });
+}
+
+/// Reports effects that were added to bodies on which they cannot act.
+fn say_what_is_unfit(world: &mut World) {
+    let settings = **world.resource::<SimulationSettings>();
+    let mut registry = world.resource_mut::<EffectRegistry>();
+    let mut added = std::mem::take(&mut registry.added);
+    added.sort_unstable();
+    added.dedup();
+    let registry = world.resource::<EffectRegistry>();
+    let mut messages = Vec::new();
+    for info in registry.iter() {
+        let mut last = None;
+        let of_effect = |name: &Option<&str>| name.is_none_or(|name| name == info.name);
+        for (body, _) in added.iter().filter(|(_, name)| of_effect(name)) {
+            // One that got both an effect and a mesh is there twice, in a row.
+            if last.replace(*body) == Some(*body) {
+                continue;
+            }
+            let Ok(entity) = world.get_entity(*body) else {
+                continue;
+            };
+            let carries = entity.contains::<SoftBody>() && (info.present)(&entity);
+            if carries && let Some(reason) = (info.unfit)(&entity, &settings) {
+                let name = entity.get::<Name>();
+                let name = name.map_or_else(|| body.to_string(), |name| format!("“{name}”"));
+                let effect = info.name;
+                messages.push(EffectUnfit {
+                    body: *body,
+                    effect,
+                    text: format!("{effect} does nothing on body {name}: {reason}"),
+                });
+            }
+        }
+    }
+    for message in messages {
+        log::warn!("{}", message.text);
+        world.write_message(message);
+    }
 }
 
 fn remove_systems(world: &mut World, effect: &'static str) {

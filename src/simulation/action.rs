@@ -362,9 +362,6 @@ pub enum ActionError {
     /// A number is out of range.
     #[error(transparent)]
     Value(InvalidValue),
-    /// The rotation of a pose is not orthonormal.
-    #[error("the rotation of the collider is not orthonormal: expected a rotation matrix")]
-    NoRotation,
     /// The vertex is not pinned.
     #[error("vertex {0} is not pinned: pin it before it is dragged as a pin")]
     NotPinned(VertexIndex),
@@ -468,6 +465,9 @@ pub struct Applied {
     pub place: Option<SpawnOrder>,
 }
 
+/// Number of errors of actions that are kept until they are read.
+const MAX_ERRORS: usize = 100;
+
 /// Carries out pending actions, unless a tick is under way.
 pub(super) fn apply_pending(world: &mut World) {
     apply(world);
@@ -501,7 +501,15 @@ pub fn apply(world: &mut World) -> bool {
                 world.flush();
                 world.write_message(applied);
             }
-            Err(error) => world.resource_mut::<Actions>().errors.push(error),
+            Err(error) => {
+                log::warn!("an action was not carried out: {error}");
+                let errors = &mut world.resource_mut::<Actions>().errors;
+                // Where nobody reads them, the last ones are enough.
+                if errors.len() >= MAX_ERRORS {
+                    errors.remove(0);
+                }
+                errors.push(error);
+            }
         }
     }
     true

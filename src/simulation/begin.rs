@@ -25,7 +25,8 @@ pub(super) fn update_masses(
     }
 }
 
-/// Puts bodies into quarantine whose state was set to non-finite values from outside.
+/// Puts bodies into quarantine whose state was set from outside to values that are not finite, or
+/// to columns that are too short or too long.
 pub(super) fn check_input(
     mut commands: Commands,
     mut bodies: Query<
@@ -35,7 +36,7 @@ pub(super) fn check_input(
     mut messages: MessageWriter<BodyQuarantined>,
 ) {
     for (entity, name, body, mut particles, start) in &mut bodies {
-        if let Some(particle) = particles.first_not_finite() {
+        if let Some(particle) = particles.first_unfit(body.particles()) {
             restore_at_rest(&mut particles, &start.positions);
             let quarantine = Quarantine {
                 vertex: body.vertex(particle),
@@ -43,6 +44,18 @@ pub(super) fn check_input(
             };
             messages.write(quarantine::message(entity, name, &quarantine));
             commands.entity(entity).insert(Quarantined(quarantine));
+        }
+    }
+}
+
+/// Reports colliders that were set to something that cannot be touched.
+pub(super) fn check_colliders(
+    colliders: Query<(Entity, Option<&Name>, &Collider), Changed<Collider>>,
+) {
+    for (entity, name, collider) in &colliders {
+        if let Err(error) = collider.check() {
+            let name = name.map_or_else(|| entity.to_string(), |name| format!("“{name}”"));
+            log::error!("bodies do not touch collider {name}: its {error}");
         }
     }
 }

@@ -104,6 +104,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<Time<Tick>>()
             .init_resource::<Time<SubstepTime>>()
             .add_message::<BodyQuarantined>()
+            .add_message::<crate::effect::EffectUnfit>()
             .add_message::<BodyTorn>()
             .add_message::<Applied>()
             .add_observer(body::number_body)
@@ -127,6 +128,7 @@ impl Plugin for SimulationPlugin {
                 (
                     begin::update_masses,
                     begin::check_input,
+                    begin::check_colliders,
                     wake_changed::<Or<(Changed<BodyDensity>, Changed<AddedMass>, Changed<Pins>)>>,
                     begin::wake_all,
                     begin::wake_touched,

@@ -24,7 +24,11 @@ use bevy::{
 /// Systems of the solver's own plan. While the schedules of a substep contain all of them and
 /// nothing else, [`Stepper::advance`](crate::solver::advance::Stepper::advance) replaces them.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct PlannedSystems;
+pub(crate) struct PlannedSystems;
+
+/// The force fields of the crate, in [`SubstepSchedule`].
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct BuiltinForces;
 
 /// State of the schedules of a substep when they were last built.
 #[derive(Resource, Debug, Default)]
@@ -59,7 +63,7 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
     match stage {
         Stage::Force(_) => {
             let system = system.in_set(SolverSystems::Presolve).before(presolve);
-            schedules.add_systems(SubstepSchedule, system)
+            schedules.add_systems(SubstepSchedule, system.in_set(BuiltinForces))
         }
         Stage::Presolve => schedules.add_systems(SubstepSchedule, after_presolve(system)),
         Stage::Elastic(_) | Stage::Direct => {

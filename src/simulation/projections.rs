@@ -55,8 +55,8 @@ fn touching(body: &EntityRef, colliders: &[Collider], time: f64) -> usize {
         return 0;
     };
     let heights = [
-        body.get::<Ground>().map(|it| it.height),
-        body.get::<StickyGround>().map(|it| it.height),
+        body.get::<Ground>().map(|it| it.height.get()),
+        body.get::<StickyGround>().map(|it| it.height.get()),
     ];
     let mut gaps: Vec<Box<dyn Fn(DVec3) -> f64 + '_>> = Vec::new();
     for height in heights.into_iter().flatten() {

@@ -26,7 +26,7 @@ pub struct Measuring(pub bool);
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RecordContacts(pub bool);
 
-/// Statistics after a tick.
+/// Statistics after a tick, while [`Measuring`] is on; it is off by default.
 #[derive(Resource, Debug, Clone, Default, PartialEq)]
 pub struct Statistics {
     /// Simulated time [s].

@@ -11,8 +11,8 @@ use glam::{DVec3, Vec3, Vec4};
 use pliant::{
     simulation::{plain, state_hash},
     solver::{
-        Body, Collide, Collider, ColliderShape, Effects, Grab, ParticleIndex, Particles, Path,
-        Pose, StickyGround, SurfacePoint, World,
+        Body, Collide, Collider, ColliderShape, Effects, Grab, Height, ParticleIndex, Particles,
+        Path, Pose, StickyGround, SurfacePoint, World,
     },
 };
 
@@ -38,7 +38,9 @@ fn everything() -> World {
     .expect("sound");
     held.effects.grab = Some(Grab::on(point, Vec3::new(0.3, 1.5, 2.0), 20.0, 0.3, 9.81));
     let mut stuck = with(body("stuck", cube(0.3, 1), 500.0), support::elastic());
-    stuck.effects.sticky_ground = Some(StickyGround { height: 0.05 });
+    stuck.effects.sticky_ground = Some(StickyGround {
+        height: Height::of(0.05),
+    });
     stuck.effects.collide = Some(Collide::default());
     stuck.translate(Vec3::new(-2.0, 0.4, 1.0));
     world.bodies.extend([rope, held, stuck]);

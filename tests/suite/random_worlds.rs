@@ -10,9 +10,9 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Collide, Collider, ColliderShape, Compliance, Damping, Deformation, Density, Effects,
-        Filling, Frequency, Friction, Ground, Instructions, Path, Pose, Pressure, RegionSize,
-        RestShape, Restitution, ShapeMatching, StickyGround, Stiffness, Stretch, Struts, Threads,
-        VertexIndex, Volume, World, deform::deform, measure,
+        Filling, Frequency, Friction, Ground, Height, Instructions, Path, Pose, Pressure,
+        RegionSize, RestShape, Restitution, ShapeMatching, StickyGround, Stiffness, Stretch,
+        Struts, Threads, VertexIndex, Volume, World, deform::deform, measure,
     },
 };
 use proptest::prelude::*;
@@ -134,13 +134,13 @@ impl Soft {
                     damping: Damping::new(damping).expect("in range"),
                 }),
             ground: self.ground.map(|(below, friction, restitution)| Ground {
-                height: (self.position.y - 1.0 - below) * self.scale,
+                height: Height::new((self.position.y - 1.0 - below) * self.scale).expect("sound"),
                 friction: Friction::new(friction).expect("in range"),
                 restitution: Restitution::new(restitution).expect("in range"),
                 ..Ground::default()
             }),
             sticky_ground: self.sticky.then_some(StickyGround {
-                height: (self.position.y - 1.2) * self.scale,
+                height: Height::new((self.position.y - 1.2) * self.scale).expect("sound"),
             }),
             collide: self.collide.then(Collide::default),
             ..Effects::default()

@@ -6,8 +6,8 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Collide, Collider, ColliderShape, Friction, Ground, Path, Pose, Restitution, StickyGround,
-    contact::pose::rotation,
+    Collide, Collider, ColliderShape, Friction, Ground, Height, Path, Pose, Restitution,
+    StickyGround, contact::pose::rotation,
 };
 
 fn surface(friction: f32, restitution: f32) -> (Friction, Restitution) {
@@ -21,14 +21,16 @@ fn both_grounds_equal_the_reference() {
         let (friction, restitution) = surface(mu, e);
         let mut body = random_body::<1>(1000, 4);
         body.effects.ground = Some(Ground {
-            height: 0.125,
+            height: Height::of(0.125),
             friction,
             restitution,
             ..Ground::default()
         });
         let mut sticky = body.clone();
         sticky.effects.ground = None;
-        sticky.effects.sticky_ground = Some(StickyGround { height: 0.125 });
+        sticky.effects.sticky_ground = Some(StickyGround {
+            height: Height::of(0.125),
+        });
         for body in [body, sticky] {
             let state = step(world(settings(rate), body));
             for i in 0..state.len() {

@@ -1,14 +1,8 @@
-//! Bodies as entities of user apps: cloned, with a replaced mesh, with plugins in any order.
+//! Bodies as entities of user apps: cloned, with a replaced mesh.
 
 use crate::support_app::ticks;
 use bevy::prelude::*;
-use pliant::{
-    SoftBodyPlugins,
-    effect::{Effect, EffectPlugin, EffectRegistry, Parameter},
-    prelude::*,
-    solver::EffectStates,
-    solver::InvalidValue,
-};
+use pliant::{SoftBodyPlugins, effect::EffectRegistry, prelude::*, solver::EffectStates};
 
 fn app() -> App {
     let mut app = App::new();
@@ -81,48 +75,4 @@ fn a_body_can_be_given_another_mesh() {
     assert_eq!(particles.len(), count);
     assert_eq!(particles.first_not_finite(), None);
     assert!(body.get::<EffectStates>().is_some());
-}
-
-#[derive(Component, Debug, Clone, Copy, Default)]
-struct Breeze;
-
-impl Effect for Breeze {
-    const NAME: &'static str = "breeze";
-    const TITLE: &'static str = "Breeze";
-    const SUMMARY: &'static str = "Nothing much.";
-    const PARAMETERS: &'static [Parameter<Self>] = &[Parameter {
-        name: "speed",
-        title: "Speed",
-        unit: "m/s",
-        help: "None.",
-        range: (0.0, 1.0),
-        scale: pliant::effect::Scale::Linear,
-        get: |_| 0.0,
-        set: |_, _| Ok::<(), InvalidValue>(()),
-    }];
-    type State = ();
-}
-
-#[test]
-fn plugins_can_be_added_in_any_order() {
-    for first in [true, false] {
-        let mut app = App::new();
-        app.add_plugins(MinimalPlugins);
-        if first {
-            app.add_plugins((
-                EffectPlugin::<Breeze>::default(),
-                SoftBodyPlugins::default(),
-            ));
-        } else {
-            app.add_plugins((
-                SoftBodyPlugins::default(),
-                EffectPlugin::<Breeze>::default(),
-            ));
-        }
-        let body = SoftBody::rope(1.0, 4).build();
-        app.world_mut().spawn((body, Stretch::default(), Breeze));
-        ticks(&mut app, 3);
-        let registry = app.world().resource::<EffectRegistry>();
-        assert!(registry.get("breeze").is_some() && registry.get("stretch").is_some());
-    }
 }

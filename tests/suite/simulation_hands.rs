@@ -370,8 +370,11 @@ fn a_collider_with_bad_values_is_refused() {
     for (action, word) in [
         (add(sphere(0.0), Pose::default()), "0"),
         (add(sphere(f32::NAN), Pose::default()), "NaN"),
-        (add(sphere(1.0), turned), "orthonormal"),
-        (add(sphere(1.0), far), "position of the collider"),
+        (
+            add(sphere(1.0), turned),
+            "deviation of the matrix from a rotation",
+        ),
+        (add(sphere(1.0), far), "position is inf"),
     ] {
         let errors = done(&mut app, action);
         assert!(errors[0].to_string().contains(word), "{errors:?}");

@@ -10,12 +10,13 @@ use bevy::{
     prelude::*,
 };
 use pliant::{
-    effect::{Collide, Effect, EffectPlugin, Ground, Parameter, Stretch, Volume},
+    SoftBodyPlugins,
+    effect::{Collide, Effect, EffectPlugin, Grab, Ground, Parameter, Rod, Stretch, Volume},
     simulation::{
         Active, ContactSchedule, CurrentSubstep, EffectSystems, SimulationSettings, SoftBody,
         SolvePhase, SolveSchedule, SolverSystems, SubstepSchedule,
     },
-    solver::{CollisionIterations, ParticleIndex, Particles},
+    solver::{CollisionIterations, Height, ParticleIndex, Particles, SurfacePoint},
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -223,9 +224,11 @@ fn the_inner_schedules_hold_no_ambiguity_with_everything_in_them() {
     let (mut app, bodies, _) = app_of(&cubes());
     app.world_mut().entity_mut(bodies[0]).insert((
         Collide::default(),
-        pliant::effect::StickyGround { height: -1.0 },
-        pliant::solver::Grab::on(
-            pliant::solver::SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound"),
+        pliant::effect::StickyGround {
+            height: Height::of(-1.0),
+        },
+        Grab::on(
+            SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound"),
             Vec3::ZERO,
             1.0,
             1.0,
@@ -311,4 +314,48 @@ fn an_effect_of_a_users_own_comes_and_goes_like_any_other() {
     app.world_mut().entity_mut(body).remove::<Breeze>();
     ticks(&mut app, 1);
     assert_eq!(systems(&app, SolveSchedule), ["stretch"]);
+}
+
+/// A user's effect acts between internal constraints and grabs, whichever plugin comes first.
+#[test]
+fn plugins_are_added_in_any_order_beside_any_effect() {
+    let run = |first: bool, held: bool, stiff: bool| {
+        let mut app = App::new();
+        app.add_plugins(MinimalPlugins);
+        if first {
+            app.add_plugins((
+                EffectPlugin::<Breeze>::default(),
+                SoftBodyPlugins::default(),
+            ));
+        } else {
+            app.add_plugins((
+                SoftBodyPlugins::default(),
+                EffectPlugin::<Breeze>::default(),
+            ));
+        }
+        let body = SoftBody::rope(1.0, 4).build();
+        let breeze = Breeze { acceleration: 2.0 };
+        let body = app.world_mut().spawn((body, Stretch::default(), breeze));
+        let body = body.id();
+        let mut body = app.world_mut().entity_mut(body);
+        if held {
+            let point = SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("a point");
+            body.insert(Grab::on(point, Vec3::Y, 1.0, 0.1, 9.81));
+        }
+        if stiff {
+            body.insert(Rod::default());
+        }
+        let body = body.id();
+        ticks(&mut app, 3);
+        let particles = app.world().get::<Particles>(body).expect("a body");
+        (systems(&app, SolveSchedule), particles.clone())
+    };
+    for (held, stiff) in [(false, false), (true, false), (false, true), (true, true)] {
+        let one = run(true, held, stiff);
+        let mut expected = vec!["stretch", "breeze"];
+        expected.extend(held.then_some("grab"));
+        expected.extend(stiff.then_some("rod"));
+        assert_eq!(one.0, expected);
+        assert_eq!(one, run(false, held, stiff));
+    }
 }

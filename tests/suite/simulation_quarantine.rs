@@ -4,10 +4,15 @@ use crate::{
     support::{bits, state_bits},
     support_app::{app_of, cubes, ticks},
 };
-use bevy::{ecs::message::Messages, prelude::*};
+use bevy::{ecs::message::Messages, math::DVec3, prelude::*};
 use pliant::{
-    simulation::{BodyQuarantined, Quarantined, SolvePhase, SolveSchedule, plain},
-    solver::{Grab, ParticleIndex, Particles, Quarantine, SurfacePoint, VertexIndex, World},
+    simulation::{
+        BodyQuarantined, Quarantined, SimulationSettings, SolvePhase, SolveSchedule, plain,
+    },
+    solver::{
+        Collider, ColliderShape, Grab, ParticleIndex, Particles, Pose, Quarantine, SurfacePoint,
+        VertexIndex, World,
+    },
 };
 
 /// Corrupts a body before tick 30 of 60.
@@ -192,4 +197,82 @@ fn the_plain_world_quarantines_the_same_bodies_with_the_same_words() {
     );
     let captured = plain::capture(app.world_mut());
     assert_eq!(captured.state_hash(), world.state_hash());
+}
+
+#[test]
+fn a_column_that_is_too_short_or_too_long_quarantines_that_body_alone() {
+    type Column = fn(&mut Particles) -> &mut Vec<Vec4>;
+    let columns: [Column; 3] = [
+        |it| &mut it.positions,
+        |it| &mut it.displacements,
+        |it| &mut it.carry,
+    ];
+    for column in columns {
+        for is_short in [true, false] {
+            let spoil = |particles: &mut Particles| {
+                if is_short {
+                    column(particles).pop();
+                } else {
+                    column(particles).push(Vec4::ONE);
+                }
+            };
+            let (app, bodies, before) = spoilt(spoil);
+            let found = quarantine(&app, bodies[0]).expect("it cannot be stepped");
+            assert_eq!(found.stage, "input");
+            let after = particles(&app, bodies[0]);
+            assert_eq!(after.positions.len(), before.positions.len());
+            assert_eq!(after.first_unfit(before.len()), None);
+            assert_other_undisturbed(&app, bodies[1]);
+            let mut world = cubes();
+            (0..30).for_each(|_| world.tick());
+            spoil(&mut world.bodies[0].particles);
+            world.tick();
+            assert_eq!(
+                world.bodies[0].quarantine.as_ref(),
+                Some(found),
+                "with Bevy and without"
+            );
+        }
+    }
+}
+
+#[test]
+fn gravity_that_is_not_finite_leaves_the_last_one_in_force() {
+    let run = |gravity: Option<f32>| {
+        let (mut app, ..) = app_of(&cubes());
+        ticks(&mut app, 10);
+        if let Some(gravity) = gravity {
+            let mut settings = app.world_mut().resource_mut::<SimulationSettings>();
+            settings.0.gravity.y = gravity;
+        }
+        ticks(&mut app, 10);
+        plain::capture(app.world_mut()).state_hash()
+    };
+    let expected = run(None);
+    assert_eq!(run(Some(f32::NAN)), expected);
+    assert_eq!(run(Some(f32::INFINITY)), expected);
+}
+
+#[test]
+fn a_collider_that_is_nowhere_is_left_out() {
+    let run = |collider: Option<DVec3>| {
+        let (mut app, ..) = app_of(&cubes());
+        if let Some(place) = collider {
+            let ball = ColliderShape::Sphere { radius: 1.0 };
+            let mut collider = Collider::new(ball, Pose::default()).expect("sound");
+            collider.start.translation = place;
+            app.world_mut().spawn(collider);
+        }
+        ticks(&mut app, 20);
+        plain::capture(app.world_mut())
+    };
+    let mut without = run(None);
+    let mut nowhere = run(Some(DVec3::new(0.0, f64::NAN, 0.0)));
+    nowhere.colliders.clear();
+    without.colliders.clear();
+    assert_eq!(nowhere.state_hash(), without.state_hash());
+    let nan = Pose::at(DVec3::NAN);
+    let ball = ColliderShape::Sphere { radius: 1.0 };
+    let error = Collider::new(ball, nan).expect_err("no place").to_string();
+    assert!(error.contains("position"), "{error}");
 }

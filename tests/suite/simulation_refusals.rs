@@ -1,9 +1,9 @@
 //! Actions that cannot be carried out: rejected with a reason, without any change.
 
-use crate::support_app::{app, app_of, cubes, done, set};
-use bevy::prelude::*;
+use crate::support_app::{app, app_of, cubes, done, set, ticks};
+use bevy::{ecs::message::Messages, prelude::*};
 use pliant::{
-    effect::Collide,
+    effect::{Collide, EffectUnfit, Pressure, Stretch, Volume},
     simulation::{Action, SimulationSettings, SoftBody},
     solver::{Deformation, Grab, ParticleIndex, SurfacePoint, VertexIndex},
 };
@@ -142,4 +142,44 @@ fn a_particle_or_an_effect_that_does_not_exist_is_refused() {
         message.contains("breeze") && message.contains("sticky_ground"),
         "{message}"
     );
+}
+
+/// An effect that has nothing to act on is refused as an action, and as a component it says so.
+#[test]
+fn an_effect_that_cannot_act_on_a_body_says_so_once() {
+    let mut app = app();
+    let cloth = SoftBody::cloth(Vec2::ONE, UVec2::splat(3)).build();
+    let body = app
+        .world_mut()
+        .spawn((
+            cloth,
+            Name::new("sheet"),
+            Stretch::default(),
+            Volume::default(),
+        ))
+        .id();
+    let said = |app: &mut App| -> Vec<String> {
+        let mut messages = app.world_mut().resource_mut::<Messages<EffectUnfit>>();
+        messages.drain().map(|message| message.text).collect()
+    };
+    let mut all = Vec::new();
+    for _ in 0..10 {
+        ticks(&mut app, 1);
+        all.extend(said(&mut app));
+    }
+    assert_eq!(all.len(), 1, "{all:?}");
+    for word in ["volume", "“sheet”", "0 tetrahedra", "18 triangles"] {
+        assert!(all[0].contains(word), "{}", all[0]);
+    }
+    let add = Action::AddEffect {
+        body,
+        effect: "neo_hookean".into(),
+    };
+    let message = refused(&mut app, add);
+    assert!(message.contains("0 tetrahedra"), "{message}");
+    // An open sheet encloses no air.
+    app.world_mut().entity_mut(body).insert(Pressure::default());
+    ticks(&mut app, 1);
+    let all = said(&mut app);
+    assert!(all.len() == 1 && all[0].contains("pressure"), "{all:?}");
 }

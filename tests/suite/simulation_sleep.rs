@@ -9,8 +9,8 @@ use pliant::{
     effect::{Ground, Stretch},
     simulation::{Action, Actions, Asleep, BodyDensity, Pins, SimulationSettings, state_hash},
     solver::{
-        self, Collide, Collider, ColliderShape, Compliance, Density, ParticleIndex, Path, Pose,
-        SurfacePoint, VertexIndex, measure,
+        self, Collide, Collider, ColliderShape, Compliance, Density, Height, ParticleIndex, Path,
+        Pose, SurfacePoint, VertexIndex, measure,
     },
 };
 
@@ -136,7 +136,7 @@ fn a_sleeper_wakes_when_a_component_is_written() {
         world
             .get_mut::<Ground>(body)
             .expect("it carries one")
-            .height = -0.2;
+            .height = Height::of(-0.2);
     });
     assert_wakes("a density", |world, body| {
         world

@@ -3,7 +3,7 @@
 use crate::support::{self, G, assert_relative, body_of_masses, point, position, settings, world};
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Collide, Collider, ColliderShape, Friction, Ground, Pose, Restitution, World,
+    Collide, Collider, ColliderShape, Friction, Ground, Height, Pose, Restitution, World,
     contact::pose::rotation, reference,
 };
 
@@ -11,7 +11,7 @@ const H: f64 = 1.0 / 600.0;
 
 fn ground(friction: f32, restitution: f32) -> Ground {
     Ground {
-        height: 0.0,
+        height: Height::default(),
         friction: Friction::new(friction).expect("sound"),
         restitution: Restitution::new(restitution).expect("sound"),
         ..Ground::default()

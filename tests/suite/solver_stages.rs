@@ -5,7 +5,7 @@ use crate::support::{
     settings, state_bits, stretch, tetrahedron, with, world,
 };
 use glam::{DVec3, Vec3, Vec4};
-use pliant::solver::{Body, Effects, RestShape, StickyGround, World, measure, reference};
+use pliant::solver::{Body, Effects, Height, RestShape, StickyGround, World, measure, reference};
 
 fn particle() -> Body {
     body_of_masses(point(), &[1.0])
@@ -135,7 +135,9 @@ fn a_hanging_chain_equals_a_loop_of_ten_lines_to_the_bit() {
 #[test]
 fn a_sticky_ground_puts_a_particle_back_to_where_it_was_at_ground_level() {
     let mut body = particle();
-    body.effects.sticky_ground = Some(StickyGround { height: 0.25 });
+    body.effects.sticky_ground = Some(StickyGround {
+        height: Height::of(0.25),
+    });
     body.translate(Vec3::new(3.0, 0.26, -2.0));
     body.set_velocity(Vec3::new(5.0, -9.0, 4.0));
     let mut world = world(settings(G, 60.0, 1, 1), body);

@@ -64,8 +64,8 @@ pub use particles::Particles;
 pub use quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, CollisionIterations, Compliance,
     ContactThickness, Creep, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Fraction,
-    Frequency, Friction, GrainRadius, InvalidValue, Iterations, KeepSpin, Length, Lifetime, Mass,
-    MembraneCompliance, Order, PieceSize, PlasticLimit, PoissonRatio, Rate, RecoverySpeed,
+    Frequency, Friction, GrainRadius, Height, InvalidValue, Iterations, KeepSpin, Length, Lifetime,
+    Mass, MembraneCompliance, Order, PieceSize, PlasticLimit, PoissonRatio, Rate, RecoverySpeed,
     RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Seed, Slack,
     SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Toughness, Yield, YoungsModulus,
 };

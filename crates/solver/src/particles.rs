@@ -293,6 +293,18 @@ impl Particles {
         .flatten()
         .min()
     }
+
+    /// Index of the first particle that cannot be stepped in a body of `count`: it is missing in a
+    /// column or not finite. The last one if a column is too long.
+    #[must_use]
+    pub fn first_unfit(&self, count: usize) -> Option<usize> {
+        let columns = [&self.positions, &self.displacements, &self.carry];
+        if columns.iter().all(|column| column.len() == count) {
+            return self.first_not_finite();
+        }
+        let shortest = columns.iter().map(|column| column.len()).min().unwrap_or(0);
+        Some(shortest.min(count.saturating_sub(1)))
+    }
 }
 
 /// A contiguous range of the particles of a body.

@@ -295,6 +295,11 @@ impl Finite {
 }
 
 quantity!(
+    /// A height of a ground in m.
+    Height(f32), "height", default 0.0, "a finite number of meters", |v| v.is_finite()
+);
+
+quantity!(
     /// A coefficient that is not negative.
     Coefficient(f32), "the coefficient", default 0.0, "between 0 and 1e9", |v| 0.0 <= v && v <= 1e9
 );
@@ -431,6 +436,7 @@ from_float!(
     Fraction,
     Length,
     Finite,
+    Height,
     Coefficient,
     Force,
     Toughness,

@@ -10,9 +10,9 @@ pub(crate) use bevy_reflect::{
 use crate::quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, Compliance, ContactThickness, Creep,
     Damping, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, GrainRadius,
-    Length, Lifetime, MembraneCompliance, PieceSize, PlasticLimit, PoissonRatio, RecoverySpeed,
-    RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Seed, Slack, Stiffness,
-    Strain, Thickness, Toughness, Yield, YoungsModulus,
+    Height, Length, Lifetime, MembraneCompliance, PieceSize, PlasticLimit, PoissonRatio,
+    RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Seed, Slack,
+    Stiffness, Strain, Thickness, Toughness, Yield, YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -22,6 +22,7 @@ impl_reflect_opaque!((in pliant::solver) RepairTime(Clone, Debug, Default, Parti
 impl_reflect_opaque!((in pliant::solver) Filling(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) FlexuralRigidity(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Coefficient(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Height(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Finite(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Length(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Frequency(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -125,8 +125,8 @@ fn positions(body: &Body) -> impl Iterator<Item = Vec3> + '_ {
 /// Height of the ground of a body [m].
 pub(super) fn ground(body: &Body) -> Option<f32> {
     let effects = &body.effects;
-    let ground = effects.ground.map(|ground| ground.height);
-    ground.or(effects.sticky_ground.map(|ground| ground.height))
+    let ground = effects.ground.map(|ground| ground.height.get());
+    ground.or(effects.sticky_ground.map(|ground| ground.height.get()))
 }
 
 fn corners(low: Vec3, high: Vec3) -> [Vec3; 8] {

@@ -3,16 +3,12 @@
 use super::{ActionError, grab::check_seconds};
 use crate::{
     simulation::{SceneEntity, SimulationClock, SimulationSettings},
-    solver::{Collider, ColliderShape, InvalidValue, Path, Pose},
+    solver::{Collider, ColliderShape, Path, Pose},
 };
-use bevy::{math::DMat3, prelude::*};
-
-/// Largest deviation of RᵀR from the identity.
-const TOLERANCE: f64 = 1e-6;
+use bevy::prelude::*;
 
 /// Adds a static collider.
 pub fn add(world: &mut World, shape: &ColliderShape, pose: Pose) -> Result<(), ActionError> {
-    check(&pose)?;
     let collider = Collider::new(shape.clone(), pose).map_err(ActionError::Value)?;
     world.spawn((collider, SceneEntity));
     Ok(())
@@ -26,7 +22,6 @@ pub fn set(
     pose: Pose,
     seconds: f32,
 ) -> Result<(), ActionError> {
-    check(&pose)?;
     check_seconds(seconds)?;
     let begin = world.resource::<SimulationClock>().time();
     let tick = world.resource::<SimulationSettings>().tick_seconds();
@@ -58,25 +53,4 @@ pub fn remove(world: &mut World, entity: Entity) -> Result<(), ActionError> {
     }
     world.despawn(entity);
     Ok(())
-}
-
-fn check(pose: &Pose) -> Result<(), ActionError> {
-    let Pose {
-        rotation,
-        translation,
-    } = *pose;
-    if !translation.is_finite() {
-        return Err(ActionError::Value(InvalidValue {
-            quantity: "position of the collider",
-            value: translation.x + translation.y + translation.z,
-            valid: "finite",
-        }));
-    }
-    let off = rotation.transpose() * rotation - DMat3::IDENTITY;
-    let largest = off.to_cols_array().into_iter().map(f64::abs);
-    let is_rotation = largest.fold(0.0, f64::max) < TOLERANCE && rotation.determinant() > 0.0;
-    // A comparison with NaN is false; `max` ignores it.
-    (rotation.is_finite() && is_rotation)
-        .then_some(())
-        .ok_or(ActionError::NoRotation)
 }

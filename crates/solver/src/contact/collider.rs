@@ -20,7 +20,7 @@ impl Collider {
     /// A static collider.
     ///
     /// # Errors
-    /// [`InvalidValue`] if a size is not finite and positive.
+    /// As [`check`](Self::check).
     pub fn new(shape: ColliderShape, start: Pose) -> Result<Self, InvalidValue> {
         Self::moving(shape, start, Path::Still)
     }
@@ -28,12 +28,22 @@ impl Collider {
     /// A collider that follows a path.
     ///
     /// # Errors
-    /// [`InvalidValue`] if a size is not finite and positive, or if the path has invalid
-    /// parameters.
+    /// As [`check`](Self::check).
     pub fn moving(shape: ColliderShape, start: Pose, path: Path) -> Result<Self, InvalidValue> {
-        shape.check()?;
-        path.check()?;
-        Ok(Self { shape, start, path })
+        let collider = Self { shape, start, path };
+        collider.check()?;
+        Ok(collider)
+    }
+
+    /// Whether bodies can touch it.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] if a size is not finite and positive, the pose is not a finite rotation and
+    /// translation, or the path has invalid parameters.
+    pub fn check(&self) -> Result<(), InvalidValue> {
+        self.shape.check()?;
+        self.start.check()?;
+        self.path.check()
     }
 
     /// Pose at a time [s].

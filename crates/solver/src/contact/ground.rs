@@ -8,16 +8,15 @@ use super::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Friction, Restitution, RollingResistance,
+    Friction, Height, Restitution, RollingResistance,
     effects::body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
     },
     particles::Part,
-    quantity::finite,
     step::scope::{EachParticle, ReadOnly},
 };
 use glam::DVec3;
-use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
+use serde::{Deserialize, Serialize};
 
 /// Ground plane with friction and restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
@@ -30,8 +29,7 @@ use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 )]
 pub struct Ground {
     /// Height of the ground [m], any finite number; default 0.
-    #[serde(deserialize_with = "finite_height")]
-    pub height: f32,
+    pub height: Height,
     /// Coefficient of friction µ; default 0.5.
     pub friction: Friction,
     /// Coefficient of restitution e; default 0.
@@ -51,14 +49,7 @@ pub struct Ground {
 )]
 pub struct StickyGround {
     /// Height of the ground [m], any finite number; default 0.
-    #[serde(deserialize_with = "finite_height")]
-    pub height: f32,
-}
-
-/// Rejects a height that is not finite during deserialization.
-fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
-    let height = f32::deserialize(deserializer)?;
-    finite("height", height).map_err(D::Error::custom)
+    pub height: Height,
 }
 
 /// Time constant τ [s] with which particles that start a substep below the ground rise: a fraction
@@ -86,7 +77,7 @@ impl BodyEffect for Ground {
         let mut touched = false;
         let mut none = ContactMultiplier::default();
         let response = Response::new((self.friction, self.restitution), kept, pass);
-        let height = f64::from(self.height);
+        let height = f64::from(self.height.get());
         let rise = (f64::from(pass.h) / RISE_TIME).min(1.0);
         let state = part
             .positions
@@ -95,7 +86,7 @@ impl BodyEffect for Ground {
             .zip(part.carry);
         for (i, ((p, u), c)) in state.enumerate() {
             let radius = pass.topology.radius(pass.first + i);
-            let is_below = (p.y - self.height) + u.y < radius;
+            let is_below = (p.y - self.height.get()) + u.y < radius;
             let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
             if (is_below || multiplier.normal > 0.0) && p.w > 0.0 {
                 let (moved, began) = (u.truncate().as_dvec3(), c.truncate().as_dvec3());
@@ -138,7 +129,7 @@ impl BodyEffect for Ground {
         pass: &ReferencePass,
     ) {
         let surface = (self.friction.into(), self.restitution.into());
-        reference::ground(body, f64::from(self.height), surface, pushed, pass);
+        reference::ground(body, f64::from(self.height.get()), surface, pushed, pass);
     }
 
     fn bytes(kept: &Vec<ContactMultiplier>) -> usize {
@@ -160,11 +151,11 @@ impl BodyEffect for StickyGround {
         let state = part.positions.iter().zip(part.displacements);
         for (i, ((p, u), c)) in state.zip(&*part.carry).enumerate() {
             let radius = pass.topology.radius(pass.first + i);
-            if (p.y - self.height) + u.y < radius && p.w > 0.0 {
+            if (p.y - self.height.get()) + u.y < radius && p.w > 0.0 {
                 if !pass.is_frictionless {
                     *u = *c;
                 }
-                u.y = (self.height - p.y) + radius;
+                u.y = (self.height.get() - p.y) + radius;
                 touched = true;
             }
         }
@@ -172,7 +163,7 @@ impl BodyEffect for StickyGround {
     }
 
     fn solve_reference(&self, _: &mut (), body: ReferenceParticles, _: &ReferencePass) {
-        let height = f64::from(self.height);
+        let height = f64::from(self.height.get());
         for i in 0..body.x.len() {
             let height = height + f64::from(body.topology.radius(i));
             if body.x[i].y < height && body.w[i] > 0.0 {

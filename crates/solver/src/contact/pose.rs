@@ -1,6 +1,7 @@
 //! Pose of a rigid shape: a rotation and a translation. In `f64`, because rounding must not exceed
 //! the small motion of a substep.
 
+use crate::InvalidValue;
 use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +21,9 @@ impl Default for Pose {
     }
 }
 
+/// Largest deviation of RᵀR from the identity.
+const TOLERANCE: f64 = 1e-6;
+
 impl Pose {
     /// Translation without rotation [m].
     #[must_use]
@@ -28,6 +32,36 @@ impl Pose {
             rotation: DMat3::IDENTITY,
             translation,
         }
+    }
+
+    /// Whether it is a finite translation and a rotation.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] with what is wrong.
+    pub fn check(&self) -> Result<(), InvalidValue> {
+        let Self {
+            rotation,
+            translation,
+        } = *self;
+        if !translation.is_finite() {
+            return Err(InvalidValue {
+                quantity: "position",
+                value: translation.x + translation.y + translation.z,
+                valid: "finite",
+            });
+        }
+        let off = (rotation.transpose() * rotation - DMat3::IDENTITY).to_cols_array();
+        let largest = off.into_iter().map(f64::abs).fold(0.0, f64::max);
+        // A comparison with NaN is false; `max` ignores it.
+        let is_rotation = largest < TOLERANCE && rotation.determinant() > 0.0;
+        if rotation.is_finite() && is_rotation {
+            return Ok(());
+        }
+        Err(InvalidValue {
+            quantity: "deviation of the matrix from a rotation",
+            value: largest.max(1.0 - rotation.determinant()),
+            valid: "at most 1e-6",
+        })
     }
 
     /// From the local frame to the world.

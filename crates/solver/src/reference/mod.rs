@@ -151,7 +151,7 @@ impl World {
                     if let Some(ground) = body.effects.ground
                         && *w > 0.0
                     {
-                        x.y = x.y.max(ground.height.into());
+                        x.y = x.y.max(ground.height.get().into());
                     }
                 }
             }

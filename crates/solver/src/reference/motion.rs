@@ -130,8 +130,8 @@ impl Body {
         swept: &[SweptCollider],
     ) -> f64 {
         let heights = [
-            self.effects.ground.map(|ground| ground.height),
-            self.effects.sticky_ground.map(|ground| ground.height),
+            self.effects.ground.map(|ground| ground.height.get()),
+            self.effects.sticky_ground.map(|ground| ground.height.get()),
         ];
         let height = heights
             .into_iter()

@@ -180,8 +180,8 @@ impl Stepper<'_> {
     /// without constraints.
     fn may_touch(&self, step: &Substep, context: &StepContext) -> bool {
         let heights = [
-            self.effects.ground.map(|ground| ground.height),
-            self.effects.sticky_ground.map(|ground| ground.height),
+            self.effects.ground.map(|ground| ground.height.get()),
+            self.effects.sticky_ground.map(|ground| ground.height.get()),
         ];
         let height = heights.into_iter().flatten().reduce(f32::max);
         let colliders = match self.effects.collide {

@@ -120,7 +120,7 @@ impl Body {
 
     /// Starts a tick: allocates multipliers, checks the input, and stores positions.
     pub fn begin_tick(&mut self) {
-        if let Some(particle) = self.particles.first_not_finite() {
+        if let Some(particle) = self.particles.first_unfit(self.topology.particles()) {
             restore_at_rest(&mut self.particles, &self.tick_start.positions);
             self.quarantine = Some(Quarantine {
                 vertex: self.topology.vertex(particle),
@@ -311,6 +311,7 @@ impl Body {
 
 /// Restores particles to finite positions, at rest.
 pub fn restore_at_rest(particles: &mut Particles, finite: &[Vec4]) {
-    particles.positions.copy_from_slice(finite);
+    particles.positions.clear();
+    particles.positions.extend_from_slice(finite);
     particles.settle();
 }

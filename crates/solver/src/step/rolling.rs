@@ -44,7 +44,7 @@ impl GroundContact {
     /// Rigid motion that rolling resistance removes in a substep of `h` seconds: an angular
     /// velocity [rad/s], and the point of rotation [m].
     pub fn resist(&self, ground: &Ground, motion: &Motion, h: f64) -> Option<(DVec3, DVec3)> {
-        let height = f64::from(ground.height);
+        let height = f64::from(ground.height.get());
         let radius = motion.center.y - height;
         if self.normal <= 0.0 || radius <= 0.0 {
             return None;

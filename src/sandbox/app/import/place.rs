@@ -104,7 +104,7 @@ fn on_floor(ray: Ray3d, height: f32, max: f32) -> Option<Vec3> {
 /// Height of the ground [m].
 fn floor(world: &mut World) -> f32 {
     let mut grounds = world.query::<&Ground>();
-    grounds.iter(world).next().map_or(0.0, |it| it.height)
+    grounds.iter(world).next().map_or(0.0, |it| it.height.get())
 }
 
 impl Place {

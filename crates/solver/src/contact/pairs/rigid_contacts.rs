@@ -93,11 +93,11 @@ impl Contacts {
                     self.rows[Between::Bodies as usize].push(row);
                 };
                 if let Some(ground) = effects.ground {
-                    let gap = start.y - f64::from(ground.height);
+                    let gap = start.y - f64::from(ground.height.get());
                     if gap < near {
                         add(Plane {
                             normal: DVec3::Y,
-                            height: f64::from(ground.height),
+                            height: f64::from(ground.height.get()),
                             gap,
                             carried: DVec3::ZERO,
                             friction: ground.friction.into(),
