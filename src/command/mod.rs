@@ -78,6 +78,11 @@ fn say_line(text: impl fmt::Display) -> io::Result<()> {
     say(format_args!("{text}\n"))
 }
 
+/// Notes about the meshes of a scene, one per line.
+fn notes_text(notes: &[String]) -> String {
+    notes.iter().map(|note| format!("note: {note}\n")).collect()
+}
+
 /// A count with its noun, as in `1 iteration` and `10 iterations`.
 fn counted(count: usize, noun: &str) -> String {
     match count {

@@ -5,6 +5,7 @@ mod ablate;
 use super::{
     FAILED, counted,
     interrupt::{Interrupt, STOPPED},
+    notes_text,
     outputs::{Outputs, STANDARD_OUTPUT, check_extension},
     say, say_line,
     threads::ThreadsOption,
@@ -173,8 +174,7 @@ impl RunScene {
             summary["notes"] = notes.into();
             say_line(serde_json::to_string_pretty(&summary)?)?;
         } else {
-            let notes = notes.iter().map(|note| format!("note: {note}\n"));
-            say(notes.collect::<String>() + &in_words(&current.scene.title, &done))?;
+            say(notes_text(&notes) + &in_words(&current.scene.title, &done))?;
         }
         Ok(match done.accepted() {
             true => ExitCode::SUCCESS,

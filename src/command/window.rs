@@ -2,7 +2,7 @@
 //! can be opened.
 
 use super::{
-    CommandLine, FAILED,
+    CommandLine, FAILED, notes_text,
     run::{build, in_words},
     say, say_line,
     threads::ThreadsOption,
@@ -148,7 +148,7 @@ impl Window {
             ..current.scene.run_options()
         };
         let done = run(&built, &options, |_| ())?;
-        say(in_words(&current.scene.title, &done))?;
+        say(notes_text(&built.notes) + &in_words(&current.scene.title, &done))?;
         let folder = folder()?;
         let (figures, picture) = (folder.join("run.csv"), folder.join("run.svg"));
         csv::write(&figures, &done.history)?;

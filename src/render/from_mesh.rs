@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(body.dimension, Dimension::Solid);
         let mut points = Vec::new();
         skin.0
-            .deform(|vertex| body.rest[body.particle(vertex)], &mut points);
+            .deform_with(|vertex| body.rest[body.particle(vertex)], &mut points);
         for point in points {
             let corner = (point - Vec3::X * 10.0).abs();
             // Coordinates of 10 m in f32, carried by weights of four particles.

@@ -141,7 +141,7 @@ const FINE: usize = 96;
 fn outline(topology: &Topology, skin: Option<&BodySkin>, rod: Option<&Rod>) -> Outline {
     if let Some(BodySkin(skin)) = skin {
         let mut points = Vec::new();
-        skin.deform(
+        skin.deform_with(
             |vertex| topology.rest[topology.particle(vertex)],
             &mut points,
         );
@@ -221,7 +221,7 @@ pub fn place(
     now.extend(particles);
     let at = |vertex| now[body.particle(vertex)].truncate();
     match skin {
-        Some(BodySkin(skin)) => skin.deform(at, points),
+        Some(BodySkin(skin)) => skin.deform_with(at, points),
         None => {
             points.clear();
             points.extend(now.iter().map(|x| x.truncate()));

@@ -5,6 +5,7 @@ use pliant::mesh::{
     Anchor, BuildOptions, FileMesh, SoftMesh, SurfaceMesh, build, component_of_each, surface_volume,
 };
 use pliant::scene::asset;
+use pliant::solver::{Particles, Topology};
 
 use super::mesh_support::{
     assert_sound_solid, both, cube, filled, has_note, inward, placed, skin_at_rest,
@@ -146,6 +147,31 @@ fn a_skin_at_rest_is_the_surface_that_was_given() {
     }
 }
 
+/// Particles of a body are numbered otherwise than the vertices of its mesh; its skin follows them.
+#[test]
+fn a_skin_follows_the_particles_of_a_body_of_any_size() {
+    let shift = Vec3::new(3.0, -2.0, 1.0);
+    let mut is_renumbered = false;
+    for (name, _, body) in assets() {
+        let at_rest = skin_at_rest(&body);
+        let skin = body.skin.as_ref().expect("a skin");
+        let topology = Topology::new(body.shape.clone()).expect("sound");
+        is_renumbered |= topology.particles() > 2048;
+        let mut particles = Particles::at_rest(topology.rest.iter().copied());
+        particles.translate(shift.as_dvec3());
+        let mut moved = Vec::new();
+        skin.deform(&topology, &particles, &mut moved);
+        for (rest, moved) in at_rest.iter().zip(&moved) {
+            let expected = *rest + shift;
+            assert!(
+                expected.distance(*moved) < 1e-5,
+                "{name}: {expected} {moved}"
+            );
+        }
+    }
+    assert!(is_renumbered, "a large body is among them");
+}
+
 #[test]
 fn weights_sum_to_one_are_bounded_and_move_rigidly() {
     let turn = Quat::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 2.0);
@@ -169,7 +195,7 @@ fn weights_sum_to_one_are_bounded_and_move_rigidly() {
         }
         let at_rest = skin_at_rest(&body);
         let mut moved = Vec::new();
-        skin.deform(
+        skin.deform_with(
             |i| turn * body.shape.vertices[i.index()] + shift,
             &mut moved,
         );
@@ -190,9 +216,9 @@ fn deforming_again_reuses_the_buffer() {
     let body = filled(cube(), 4);
     let skin = body.skin.as_ref().expect("a skin");
     let mut out = Vec::new();
-    skin.deform(|i| body.shape.vertices[i.index()], &mut out);
+    skin.deform_with(|i| body.shape.vertices[i.index()], &mut out);
     let (place, room) = (out.as_ptr(), out.capacity());
-    skin.deform(|i| body.shape.vertices[i.index()] * 2.0, &mut out);
+    skin.deform_with(|i| body.shape.vertices[i.index()] * 2.0, &mut out);
     assert_eq!((out.as_ptr(), out.capacity(), out.len()), (place, room, 8));
 }
 

@@ -257,3 +257,105 @@ fn gltf_errors_name_the_mesh_and_the_primitive() {
         );
     }
 }
+
+/// The tetrahedron with something in place of a part of its text, in a GLB.
+fn changed(from: &str, to: &str) -> Vec<u8> {
+    let text = json("");
+    assert!(text.contains(from), "{from}");
+    glb(&text.replacen(from, to, 1), &buffer())
+}
+
+#[test]
+fn what_concerns_looks_and_motion_keeps_no_mesh_from_being_read() {
+    let expected = surface("a.glb", glb(&json(""), &buffer()));
+    let required = [
+        "KHR_lights_punctual",
+        "KHR_texture_transform",
+        "KHR_texture_basisu",
+        "KHR_materials_unlit",
+        "KHR_animation_pointer",
+        "KHR_mesh_quantization",
+    ];
+    for name in required {
+        let extensions =
+            format!(r#"{{"extensionsUsed":["{name}"],"extensionsRequired":["{name}"],"asset""#);
+        let found = surface("a.glb", changed(r#"{"asset""#, &extensions));
+        assert_eq!(found, expected, "{name}");
+    }
+    for (from, to) in [
+        (
+            r#""POSITION":0"#,
+            r#""POSITION":0,"_TEMPERATURE":0,"NORMAL":99"#,
+        ),
+        (r#""indices":1"#, r#""indices":1,"material":7"#),
+        (r#","min":[0,0,0],"max":[1,1,1]"#, ""),
+        (
+            r#"{"asset""#,
+            r#"{"textures":[{}],"materials":[{"alphaMode":"x"}],"asset""#,
+        ),
+        (
+            r#"{"asset""#,
+            r#"{"animations":[{"channels":[{"sampler":9,"target":{"path":"pointer"}}],"samplers":[]}],"asset""#,
+        ),
+        (r#""mesh":0,"#, r#""mesh":0,"skin":3,"camera":4,"#),
+    ] {
+        assert_eq!(surface("a.glb", changed(from, to)), expected, "{to}");
+    }
+}
+
+#[test]
+fn compressed_meshes_are_refused_with_the_name_of_the_compression() {
+    for (name, words) in [
+        ("KHR_draco_mesh_compression", "Draco"),
+        ("EXT_meshopt_compression", "Meshopt"),
+        ("KHR_meshopt_compression", "Meshopt"),
+        ("VENDOR_everything_else", "not known"),
+    ] {
+        let extensions = format!(r#"{{"extensionsRequired":["{name}"],"asset""#);
+        let error = parse("a.glb", changed(r#"{"asset""#, &extensions)).expect_err(name);
+        let error = error.to_string();
+        assert!(error.contains(name) && error.contains(words), "{error}");
+        assert!(error.contains("export it without"), "{error}");
+    }
+}
+
+/// Positions in whole numbers of 8 and 16 bits, each as they are and as fractions.
+#[test]
+fn quantized_positions_are_read_in_every_encoding() {
+    for (component, width, most) in [
+        (5120, 1, 127),
+        (5121, 1, 255),
+        (5122, 2, 32767),
+        (5123, 2, 65535),
+    ] {
+        for normalized in [false, true] {
+            let stored: i64 = if normalized { most } else { 50 };
+            let mut binary = Vec::new();
+            for corner in [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]] {
+                // A vertex begins at a multiple of four bytes.
+                for number in corner.into_iter().chain([0]) {
+                    let bytes = (number * stored).to_le_bytes();
+                    binary.extend_from_slice(&bytes[..width]);
+                }
+            }
+            let stride = 4 * width;
+            let indices = [0_u16, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+            binary.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+            let text = format!(
+                r#"{{"extensionsRequired":["KHR_mesh_quantization"],"asset":{{"version":"2.0"}},
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+"accessors":[{{"bufferView":0,"componentType":{component},"normalized":{normalized},"count":4,"type":"VEC3"}},
+{{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}}],
+"bufferViews":[{{"buffer":0,"byteLength":{},"byteStride":{stride}}},{{"buffer":0,"byteOffset":{},"byteLength":24}}],
+"buffers":[{{"byteLength":{}}}]}}"#,
+                4 * stride,
+                4 * stride,
+                binary.len(),
+            );
+            let found = surface("a.glb", glb(&text, &binary));
+            let side: f64 = if normalized { 1.0 } else { 50.0 };
+            let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|it| it * side);
+            assert_eq!(found.vertices, corners, "{component}, {normalized}");
+        }
+    }
+}

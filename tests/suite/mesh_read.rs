@@ -136,16 +136,18 @@ fn obj_errors_point_at_the_word() {
 }
 
 #[test]
-fn a_byte_that_is_not_utf_8_is_found_by_line() {
-    for name in ["a.obj", "a.msh", "a.mesh"] {
-        let text = b"$MeshFormat 2.2 0 8\n$EndMeshFormat\nv 0 0 \xff\n";
-        let error = read::bytes(name, text, &nothing)
-            .expect_err("not UTF-8")
-            .to_string();
-        assert!(
-            error.starts_with(&format!("{name}:3: found the byte 0xff")),
-            "{error}"
-        );
+fn text_in_latin_1_is_read_and_what_is_no_text_is_found_by_line() {
+    let text = b"# Stra\xdfenbahn\no K\xf6rper\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let read = read::bytes("a.obj", text, &nothing).expect("a triangle with a comment");
+    assert!(matches!(read, FileMesh::Surface(mesh) if mesh.triangles.len() == 1));
+    for (text, wrong) in [
+        (&b"v 0 0 0\nv 0 0 \xff\n"[..], "2: found '\u{ff}'"),
+        (b"v 0 0 0\nv 0 0 \0\n", "2: found the byte 0x00"),
+        (b"\xff\xfev\0 \0", "1: found text in UTF-16"),
+    ] {
+        let error = read::bytes("a.obj", text, &nothing).expect_err("no text");
+        let error = error.to_string();
+        assert!(error.starts_with(&format!("a.obj:{wrong}")), "{error}");
     }
 }
 

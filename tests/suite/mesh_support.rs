@@ -131,6 +131,6 @@ pub fn smallest_dihedral(shape: &RestShape) -> f64 {
 pub fn skin_at_rest(mesh: &SoftMesh) -> Vec<Vec3> {
     let skin = mesh.skin.as_ref().expect("a filled surface has a skin");
     let mut out = Vec::new();
-    skin.deform(|i| mesh.shape.vertices[i.index()], &mut out);
+    skin.deform_with(|i| mesh.shape.vertices[i.index()], &mut out);
     out
 }

@@ -404,6 +404,33 @@ fn an_input_is_known_by_its_other_names() {
     std::fs::remove_dir_all(folder).expect("it was made here");
 }
 
+/// What was repaired or left out of a mesh is said as text, in JSON, and of an ablation.
+#[test]
+fn notes_about_a_mesh_are_said_wherever_it_runs() {
+    let folder = folder("notes");
+    let mesh = folder.join("open.obj").display().to_string();
+    // A tetrahedron without one of its faces, and another one beside it.
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 3 0 0\nv 4 0 0\nv 3 1 0\nv 3 0 1\n";
+    let faces = "f 1 2 4\nf 1 4 3\nf 2 3 4\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n";
+    std::fs::write(&mesh, format!("{corners}{faces}")).expect("written");
+    let scene = folder.join("open.ron").display().to_string();
+    let body = "(name: \"t\", mesh: (file: \"open.obj\", cells: 6), position: (0, 2, 0), effects: (stretch: (), volume: ()))";
+    let text = format!(
+        "Scene(title: \"t\", look_at: \"l\", bodies: [{body}], acceptance: (seconds: 0.1))"
+    );
+    std::fs::write(&scene, text).expect("written");
+    let run = |arguments: &[&str]| stdout(&pliant(&[&["run", &scene], arguments].concat()));
+    let said = run(&["--seconds", "0.1"]);
+    assert!(said.starts_with("note: "), "{said}");
+    assert!(said.contains("open") && said.contains("pieces"), "{said}");
+    for arguments in [&["--json"][..], &["--json", "--ablate", "--seconds", "0.1"]] {
+        let object: Value = serde_json::from_str(&run(arguments)).expect("a JSON object");
+        let notes = object["notes"].as_array().expect("notes");
+        assert!(notes.len() >= 2, "{object:#}");
+    }
+    std::fs::remove_dir_all(folder).expect("it was made here");
+}
+
 #[test]
 fn the_figures_of_every_tick_can_be_piped() {
     let folder = folder("piped");

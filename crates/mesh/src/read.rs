@@ -12,6 +12,7 @@ use super::{FileMesh, MeshError};
 
 mod gltf;
 mod gltf_data;
+mod gltf_geometry;
 mod gmsh;
 mod medit;
 mod obj;

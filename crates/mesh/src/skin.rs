@@ -1,7 +1,7 @@
 //! A fine surface that follows coarse tetrahedra.
 
 use glam::Vec3;
-use pliant_solver::VertexIndex;
+use pliant_solver::{Particles, Topology, VertexIndex};
 use serde::{Deserialize, Serialize};
 
 /// A fine surface embedded in the tetrahedra of a coarse shape.
@@ -41,10 +41,16 @@ impl Anchor {
 }
 
 impl Skin {
-    /// Writes the positions of the surface vertices [m] to `out`. `out` is cleared first and keeps
-    /// its capacity, so that repeated calls do not allocate. `at` gives the positions of the
-    /// vertices of the coarse shape [m].
-    pub fn deform(&self, at: impl Fn(VertexIndex) -> Vec3, out: &mut Vec<Vec3>) {
+    /// Writes the positions of the surface vertices [m] of a body to `out`. `out` is cleared first
+    /// and keeps its capacity, so that repeated calls do not allocate.
+    pub fn deform(&self, topology: &Topology, particles: &Particles, out: &mut Vec<Vec3>) {
+        let at = |vertex| particles.position(topology.particle(vertex)).as_vec3();
+        self.deform_with(at, out);
+    }
+
+    /// As [`deform`](Self::deform), where `at` gives the positions of the vertices of the coarse
+    /// shape [m].
+    pub fn deform_with(&self, at: impl Fn(VertexIndex) -> Vec3, out: &mut Vec<Vec3>) {
         out.clear();
         out.extend(self.anchors.iter().map(|anchor| anchor.position(&at)));
     }

@@ -1,6 +1,6 @@
 //! `pliant run --ablate`.
 
-use super::{RunScene, progress_bar, say, say_line};
+use super::{RunScene, notes_text, progress_bar, say, say_line};
 use pliant::{
     ablation::{self, Options, report},
     solver::Threads,
@@ -28,10 +28,12 @@ impl RunScene {
             anyhow::bail!("the measurement ended early");
         };
         if self.json {
-            let json = report::json(&current.name, &ablation);
+            let mut json = report::json(&current.name, &ablation);
+            json["notes"] = built.notes.into();
             say_line(serde_json::to_string_pretty(&json)?)?;
         } else {
-            say(report::text(&self.title(&current.scene.title), &ablation))?;
+            let text = report::text(&self.title(&current.scene.title), &ablation);
+            say(notes_text(&built.notes) + &text)?;
         }
         Ok(ExitCode::SUCCESS)
     }

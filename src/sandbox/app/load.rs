@@ -189,6 +189,7 @@ fn enter(world: &mut World, current: CurrentScene, built: BuiltScene, camera: Ca
     replace(world, &built);
     Recorder::scene_opened(world, about);
     look(world, &built, hint, camera);
+    say_notes(world, &current, &built);
     let settings = built.world.settings;
     let context = SceneContext {
         current,
@@ -201,6 +202,18 @@ fn enter(world: &mut World, current: CurrentScene, built: BuiltScene, camera: Ca
     keep::scene_opened(world);
     scene_defaults::begin(world, settings);
     time::begin(world);
+}
+
+/// What the user should know about the meshes of a scene of their own: what was repaired, chosen or
+/// left out.
+fn say_notes(world: &mut World, current: &CurrentScene, built: &BuiltScene) {
+    let is_built_in = SCENES.iter().any(|scene| scene.name == current.name);
+    if built.notes.is_empty() || is_built_in {
+        return;
+    }
+    let lines: Vec<_> = built.notes.iter().map(|note| format!("· {note}")).collect();
+    let text = format!("About {}:\n{}", current.scene.title, lines.join("\n"));
+    world.resource_mut::<Notices>().info(text);
 }
 
 /// Restarts the current scene, without reading or building it again. Changed parameters and

@@ -1,15 +1,20 @@
 //! glTF 2.0, `.gltf` and `.glb`: the triangles of the default scene, each mesh once per node that
 //! refers to it, with the transform of the node.
 //!
-//! Materials, skins, morph targets and animations are ignored. Points and lines are left out with a
-//! note. Compressed and sparse data is rejected.
+//! Materials, skins, morph targets and animations are ignored, and extensions that are about looks.
+//! Points and lines are left out with a note. Positions may be quantized. Compressed and sparse data
+//! is rejected.
 
 use std::collections::BTreeSet;
 
 use glam::{DMat4, Mat4};
 use gltf::{Document, Node, Semantic, mesh::Mode};
 
-use super::{Beside, gltf_data::Data};
+use super::{
+    Beside,
+    gltf_data::Data,
+    gltf_geometry::{Refused, geometry},
+};
 use crate::{FileMesh, MeshError, SurfaceMesh};
 
 pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshError> {
@@ -18,11 +23,11 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
     } else {
         (bytes, None)
     };
-    check_attributes(json).map_err(|problem| content(file, "the JSON", problem))?;
-    let document = gltf::Gltf::from_slice(json)
+    let (json, mut notes) =
+        geometry(json).map_err(|Refused { place, problem }| content(file, place, problem))?;
+    let document = gltf::Gltf::from_slice(&json)
         .map_err(|error| content(file, "the JSON", error.to_string()))?
         .document;
-    refuse_extensions(file, &document)?;
     let data = Data::load(file, &document, blob, beside)?;
     let mut reader = Reader {
         file,
@@ -42,32 +47,10 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
             "primitives of points or lines ignored: {}",
             reader.other_primitives
         );
-        surface.notes.push(note);
+        notes.push(note);
     }
+    surface.notes.append(&mut notes);
     Ok(FileMesh::Surface(surface))
-}
-
-/// Rejects attributes that refer to missing accessors: the gltf crate looks them up before
-/// validating them.
-fn check_attributes(json: &[u8]) -> Result<(), String> {
-    let root: serde_json::Value = serde_json::from_slice(json).map_err(|e| e.to_string())?;
-    let list =
-        |value: &serde_json::Value, key: &str| value[key].as_array().cloned().unwrap_or_default();
-    let accessors = list(&root, "accessors").len() as u64;
-    for (m, mesh) in list(&root, "meshes").iter().enumerate() {
-        for (p, primitive) in list(mesh, "primitives").iter().enumerate() {
-            let attributes = primitive["attributes"].as_object().into_iter().flatten();
-            for (name, accessor) in attributes {
-                if accessor.as_u64().is_some_and(|index| index >= accessors) {
-                    return Err(format!(
-                        "mesh {m}, primitive {p}: {name} is accessor {accessor}, but there are \
-                         {accessors}"
-                    ));
-                }
-            }
-        }
-    }
-    Ok(())
 }
 
 /// An error in a part of the file.
@@ -111,22 +94,6 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
         return Ok((json, None));
     }
     Ok((json, Some(chunk(next, b"BIN\0", "binary data")?)))
-}
-
-/// Rejects required extensions that are not supported.
-fn refuse_extensions(file: &str, document: &Document) -> Result<(), MeshError> {
-    const HARMLESS: [&str; 3] = ["KHR_materials", "KHR_texture", "EXT_texture"];
-    let needed = document
-        .extensions_required()
-        .find(|name| !HARMLESS.iter().any(|prefix| name.starts_with(prefix)));
-    match needed {
-        Some(name) => Err(content(
-            file,
-            "extensionsRequired",
-            format!("'{name}' is not known; export it without (uncompressed)"),
-        )),
-        None => Ok(()),
-    }
 }
 
 /// Limit on vertices and triangles of a scene beyond those in its buffers. Nodes may share a mesh,

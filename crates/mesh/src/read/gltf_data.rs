@@ -92,21 +92,36 @@ impl<'a> Data<'a> {
         self.buffers.iter().map(|bytes| bytes.len()).sum()
     }
 
-    /// Vertex positions.
+    /// Vertex positions: floats, or whole numbers of 8 or 16 bits (`KHR_mesh_quantization`).
     pub fn positions(&self, accessor: &Accessor) -> Result<Vec<DVec3>, String> {
-        if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {
-            return Err("has positions that are not three floats each".into());
+        if accessor.dimensions() != Dimensions::Vec3 {
+            return Err("has positions that are not three numbers each".into());
         }
-        let items = self.items::<12>(accessor)?;
-        let float = |b: [u8; 4]| f64::from(f32::from_le_bytes(b));
+        // Bytes of a number, the number, and the one that stands for 1 if they are normalized.
+        type Number = (usize, fn(&[u8]) -> f64, f64);
+        let (width, number, most): Number = match accessor.data_type() {
+            DataType::F32 => (
+                4,
+                |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]).into(),
+                1.0,
+            ),
+            DataType::I8 => (1, |b| i8::from_le_bytes([b[0]]).into(), 127.0),
+            DataType::U8 => (1, |b| b[0].into(), 255.0),
+            DataType::I16 => (2, |b| i16::from_le_bytes([b[0], b[1]]).into(), 32767.0),
+            DataType::U16 => (2, |b| u16::from_le_bytes([b[0], b[1]]).into(), 65535.0),
+            DataType::U32 => {
+                return Err("has positions of 32-bit whole numbers; expected floats".into());
+            }
+        };
+        // glTF 2.0, section 3.11: the lowest whole number stands for −1, too.
+        let scaled = |x: DVec3| match accessor.normalized() {
+            true => (x / most).max(DVec3::NEG_ONE),
+            false => x,
+        };
+        let items = self.items(accessor, 3 * width)?;
+        let part = |item: &[u8], axis: usize| number(&item[axis * width..]);
         Ok(items
-            .map(|[x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3]| {
-                DVec3::new(
-                    float([x0, x1, x2, x3]),
-                    float([y0, y1, y2, y3]),
-                    float([z0, z1, z2, z3]),
-                )
-            })
+            .map(|item| scaled(DVec3::new(part(item, 0), part(item, 1), part(item, 2))))
             .collect())
     }
 
@@ -116,21 +131,29 @@ impl<'a> Data<'a> {
             return Err("has indices that are not one number each".into());
         }
         match accessor.data_type() {
-            DataType::U8 => Ok(self.items(accessor)?.map(|[byte]| byte.into()).collect()),
+            DataType::U8 => Ok(self.items(accessor, 1)?.map(|b| b[0].into()).collect()),
             DataType::U16 => {
-                let items = self.items(accessor)?;
-                Ok(items.map(|b| u16::from_le_bytes(b).into()).collect())
+                let items = self.items(accessor, 2)?;
+                Ok(items
+                    .map(|b| u16::from_le_bytes([b[0], b[1]]).into())
+                    .collect())
             }
-            DataType::U32 => Ok(self.items(accessor)?.map(u32::from_le_bytes).collect()),
+            DataType::U32 => {
+                let items = self.items(accessor, 4)?;
+                Ok(items
+                    .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+                    .collect())
+            }
             _ => Err("has indices that are not unsigned whole numbers".into()),
         }
     }
 
-    /// Items of an accessor, `N` bytes each.
-    fn items<const N: usize>(
+    /// Items of an accessor, of this number of bytes each.
+    fn items(
         &self,
         accessor: &Accessor,
-    ) -> Result<impl Iterator<Item = [u8; N]>, String> {
+        size: usize,
+    ) -> Result<impl Iterator<Item = &[u8]>, String> {
         let place = format!("accessor {}", accessor.index());
         if accessor.sparse().is_some() {
             return Err(format!(
@@ -140,7 +163,7 @@ impl<'a> Data<'a> {
         let view = accessor
             .view()
             .ok_or_else(|| format!("{place} has no data"))?;
-        let (count, stride) = (accessor.count(), view.stride().unwrap_or(N));
+        let (count, stride) = (accessor.count(), view.stride().unwrap_or(size));
         let range = (|| {
             let end = view.offset().checked_add(view.length())?;
             let bytes = self
@@ -149,19 +172,19 @@ impl<'a> Data<'a> {
                 .get(view.offset()..end)?;
             let needed = match count {
                 0 => 0,
-                count => stride.checked_mul(count - 1)?.checked_add(N)?,
+                count => stride.checked_mul(count - 1)?.checked_add(size)?,
             };
             bytes
                 .get(accessor.offset()..)?
                 .get(..needed)
-                .filter(|_| stride >= N)
+                .filter(|_| stride >= size)
         })();
         let bytes = range.ok_or_else(|| {
-            format!("{place} says {count} items of {N} bytes, which are not in its buffer")
+            format!("{place} says {count} items of {size} bytes, which are not in its buffer")
         })?;
         Ok((0..count).filter_map(move |item| {
             let start = item * stride;
-            bytes.get(start..start + N)?.try_into().ok()
+            bytes.get(start..start + size)
         }))
     }
 }

@@ -20,7 +20,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
             _ => not_text,
         }
     })?;
-    let mut words = Words::new(file, text);
+    let mut words = Words::new(file, &text);
     let version = version(&mut words)?;
     let mut reader = Reader {
         version,

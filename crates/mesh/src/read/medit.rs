@@ -9,7 +9,8 @@ use super::text::{Word, Words, decode};
 use crate::{FileMesh, MeshError};
 
 pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
-    let mut words = Words::new(file, decode(file, bytes)?);
+    let text = decode(file, bytes)?;
+    let mut words = Words::new(file, &text);
     let first = words.next();
     if first.text != Some("MeshVersionFormatted") {
         return Err(first.wrong("MeshVersionFormatted, with which a Medit file begins"));

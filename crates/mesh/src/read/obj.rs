@@ -9,7 +9,8 @@ use super::text::{Word, Words, decode};
 use crate::{CurveMesh, FileMesh, MeshError, SurfaceMesh};
 
 pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
-    let mut words = Words::new(file, decode(file, bytes)?);
+    let text = decode(file, bytes)?;
+    let mut words = Words::new(file, &text);
     let mut surface = SurfaceMesh::default();
     let mut segments = Vec::new();
     let (mut curves, mut other_elements) = (0_usize, 0_usize);

@@ -46,7 +46,8 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
 
 /// Points, and the number of the first one.
 fn nodes(file: &str, bytes: &[u8]) -> Result<(Vec<DVec3>, u64), MeshError> {
-    let mut words = Words::new(file, decode(file, bytes)?);
+    let text = decode(file, bytes)?;
+    let mut words = Words::new(file, &text);
     let count = words.next().whole("the number of points")?;
     let dimension = words.next();
     if dimension.text != Some("3") {
@@ -79,7 +80,8 @@ fn elements(
     base: u64,
     vertices: usize,
 ) -> Result<Vec<[u32; 4]>, MeshError> {
-    let mut words = Words::new(file, decode(file, bytes)?);
+    let text = decode(file, bytes)?;
+    let mut words = Words::new(file, &text);
     let number = words.next();
     let count = number.whole("the number of tetrahedra")?;
     if count == 0 {

@@ -1,31 +1,37 @@
 //! Tokens of a text file with their line numbers, for error messages.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
 use crate::MeshError;
 
-/// Decodes a file as text.
+/// Decodes a file as text: UTF-8, or Latin-1 where that fails, in which older programs write names
+/// and comments.
 ///
 /// # Errors
-/// [`MeshError::Text`] at the first byte that is not UTF-8, or at line 1 if the file is empty.
-pub fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, MeshError> {
+/// [`MeshError::Text`] at the first byte that is in no text, or at line 1 if the file is empty.
+pub fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<Cow<'a, str>, MeshError> {
     let error = |line, found: String, expected: &str| MeshError::Text {
         file: file.into(),
         line,
         found,
         expected: expected.into(),
     };
-    let text = std::str::from_utf8(bytes).map_err(|wrong| {
-        let (before, after) = bytes.split_at(wrong.valid_up_to());
-        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-        error(
-            line,
-            format!("the byte 0x{:02x}", after[0]),
-            "text in UTF-8",
-        )
-    })?;
-    // Some editors write a byte order mark.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err(error(1, "text in UTF-16".into(), "text in UTF-8"));
+    }
+    if let Some(place) = bytes.iter().position(|byte| *byte == 0) {
+        let before = bytes[..place].iter();
+        let line = 1 + before.filter(|byte| **byte == b'\n').count();
+        return Err(error(line, "the byte 0x00".into(), "text in UTF-8"));
+    }
+    let text = match str::from_utf8(bytes) {
+        // Some editors write a byte order mark.
+        Ok(text) => Cow::Borrowed(text.strip_prefix('\u{feff}').unwrap_or(text)),
+        // The bytes of Latin-1 are the first 256 characters of Unicode.
+        Err(_) => Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()),
+    };
     if text.trim().is_empty() {
         return Err(error(1, "an empty file".into(), "a mesh"));
     }
