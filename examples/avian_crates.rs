@@ -10,7 +10,10 @@ fn main() {
     let step = TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(1.0 / 60.0));
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, TransformPlugin, PhysicsPlugins::default()))
-        .add_plugins((SoftBodyPlugins::default(), AvianPlugin::default()))
+        .add_plugins((
+            SoftBodyPlugins::new(FixedPostUpdate),
+            AvianPlugin::default(),
+        ))
         .insert_resource(Time::<Fixed>::from_hz(60.0))
         .insert_resource(step)
         .add_systems(Startup, setup)

@@ -135,9 +135,12 @@ struct Library;
 
 /// Everything that steps soft bodies: the simulation and all effects, without a window.
 ///
-/// In [`FixedPostUpdate`] by default. Ticks have a fixed length
-/// ([`SimulationSettings`](simulation::SimulationSettings)) that does not depend on the schedule's:
-/// the clock runs as many as are due.
+/// In [`PostUpdate`] by default, once per frame. Ticks have a fixed length
+/// ([`SimulationSettings`](simulation::SimulationSettings)) that does not depend on the frame's: the
+/// [clock](simulation::SimulationClock) runs as many as are due, but begins none after 50 ms, so
+/// that a hitch stays short and a slow computer shows slow motion. Bodies are drawn between two
+/// ticks. Bevy's fixed schedules run several times after a hitch, without such a limit; use
+/// [`FixedPostUpdate`] together with a rigid-body engine that steps there.
 #[derive(Debug, Clone)]
 pub struct SoftBodyPlugins {
     schedule: InternedScheduleLabel,
@@ -155,7 +158,7 @@ impl SoftBodyPlugins {
 
 impl Default for SoftBodyPlugins {
     fn default() -> Self {
-        Self::new(FixedPostUpdate)
+        Self::new(PostUpdate)
     }
 }
 

@@ -39,7 +39,8 @@ use bevy::{
 };
 
 /// Couples soft bodies with Avian's rigid bodies. Add it after `PhysicsPlugins` and
-/// [`SoftBodyPlugins`](crate::SoftBodyPlugins), with their schedule.
+/// [`SoftBodyPlugins`](crate::SoftBodyPlugins), with the schedule of both: by default that of
+/// Avian, as in `SoftBodyPlugins::new(FixedPostUpdate)`.
 #[derive(Debug, Clone)]
 pub struct AvianPlugin {
     schedule: InternedScheduleLabel,

@@ -138,6 +138,12 @@ macro_rules! plugins {
             }
         }
 
+        /// Says of each effect of the crate that is added to a body without its plugin that it does
+        /// nothing.
+        pub(crate) fn watch_for_missing_plugins(app: &mut App) {
+            $(app.add_observer(registry::missing_plugin::<$effect>);)*
+        }
+
         impl PluginGroup for EffectPlugins {
             fn build(self) -> PluginGroupBuilder {
                 PluginGroupBuilder::start::<Self>()

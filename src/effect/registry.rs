@@ -282,8 +282,9 @@ pub struct EffectRegistry {
     added: Vec<(Entity, Option<&'static str>)>,
 }
 
-/// A body carries an effect that cannot act on it, such as [`Volume`](super::Volume) on a cloth.
-/// Written once, before the next tick; the effect does nothing.
+/// A body carries an effect that does nothing: one that cannot act on it, such as
+/// [`Volume`](super::Volume) on a cloth, or one whose plugin was not added. Written once, before the
+/// next tick.
 #[derive(Message, Debug, Clone, PartialEq, Eq)]
 pub struct EffectUnfit {
     /// The body.
@@ -391,6 +392,35 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
 fn schedules() -> [InternedScheduleLabel; 4] {
     let [substep, solve, contact] = schedules_of_substep();
     [StepSchedule.intern(), substep, solve, contact]
+}
+
+/// Called when an effect of the crate is added to an entity.
+pub(super) fn missing_plugin<E: Effect>(
+    added: On<Add, E>,
+    registry: Res<EffectRegistry>,
+    mut messages: MessageWriter<EffectUnfit>,
+    mut is_said: Local<bool>,
+) {
+    if registry.get(E::NAME).is_some() {
+        return;
+    }
+    let text = format!(
+        "{} does nothing on body {}: its plugin was not added; add `EffectPlugin::<{}>::default()`",
+        E::NAME,
+        added.entity,
+        std::any::type_name::<E>()
+            .rsplit("::")
+            .next()
+            .unwrap_or_default(),
+    );
+    if !std::mem::replace(&mut *is_said, true) {
+        log::warn!("{text}");
+    }
+    messages.write(EffectUnfit {
+        body: added.entity,
+        effect: E::NAME,
+        text,
+    });
 }
 
 /// Called when an entity that carries effects becomes a body, or gets another mesh.

@@ -1,5 +1,6 @@
 //! Components of every soft body.
 
+use super::SimulationClock;
 use crate::{
     mesh::Skin,
     solver::{
@@ -7,12 +8,16 @@ use crate::{
         VertexIndex, masses::set_inverse_masses,
     },
 };
-use bevy::prelude::*;
+use bevy::{
+    ecs::{lifecycle::HookContext, world::DeferredWorld},
+    prelude::*,
+};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A soft body: its immutable part, shared with its copies.
 #[derive(Component, Debug, Clone, Deref)]
+#[component(on_add = needs_plugin)]
 #[require(
     Particles,
     BodyDensity,
@@ -25,6 +30,16 @@ use std::sync::Arc;
     KnownMesh
 )]
 pub struct SoftBody(pub Arc<Topology>);
+
+/// Says that bodies are not stepped in an app without the simulation.
+fn needs_plugin(world: DeferredWorld, body: HookContext) {
+    if !world.contains_resource::<SimulationClock>() {
+        log::warn!(
+            "nothing steps the soft body {}: add `SoftBodyPlugins` to the app",
+            body.entity
+        );
+    }
+}
 
 /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope; default 1000.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]

@@ -27,6 +27,10 @@ pub struct SimulationClock {
     /// Maximum real time to catch up in one run of the outer schedule; default 0.25 s. Ticks beyond
     /// it are dropped, so that a slow computer shows slow motion and never stalls.
     pub catch_up: Duration,
+    /// Real time after which no further tick begins in one run of the outer schedule; default
+    /// 50 ms. The others are caught up in the next runs or dropped, so that a hitch does not make
+    /// the frame after it as long. A tick is never interrupted because of it.
+    pub limit: Option<Duration>,
     /// Real time for ticks in one run of the outer schedule; default none. Longer ticks are spread
     /// over several runs, which keeps a window responsive at any cost of a tick.
     pub budget: Option<Duration>,
@@ -50,6 +54,8 @@ pub struct SimulationClock {
     /// The next substep, while a tick is under way.
     pub(super) next_substep: Option<u32>,
     waiting: f64,
+    /// Time of the frame that a fixed schedule has not run for yet [s].
+    ahead: f64,
     tick_seconds: f64,
     steps_requested: u32,
     dropped: u64,
@@ -64,6 +70,7 @@ impl Default for SimulationClock {
             paused: false,
             speed: 1.0,
             catch_up: Duration::from_millis(250),
+            limit: Some(Duration::from_millis(50)),
             budget: None,
             patience: None,
             held: false,
@@ -72,6 +79,7 @@ impl Default for SimulationClock {
             tick: 0,
             next_substep: None,
             waiting: 0.0,
+            ahead: 0.0,
             tick_seconds: 1.0 / 60.0,
             steps_requested: 0,
             dropped: 0,
@@ -124,7 +132,8 @@ impl SimulationClock {
 
     /// Fraction of the next tick that has passed in real time, from 0 to 1: draw bodies
     /// interpolated by it between [`TickStart`](super::TickStart) and their current state. 0 in
-    /// mid-tick, 1 when paused.
+    /// mid-tick, 1 when paused. In one of Bevy's fixed schedules it includes the time of the frame
+    /// for which that schedule has not run yet.
     #[must_use]
     pub fn overstep(&self) -> f32 {
         if self.mid_tick() {
@@ -132,7 +141,17 @@ impl SimulationClock {
         } else if self.paused {
             1.0
         } else {
-            (self.waiting / self.tick_seconds).clamp(0.0, 1.0) as f32
+            let waiting = self.waiting + self.ahead * self.bounded_speed();
+            (waiting / self.tick_seconds).clamp(0.0, 1.0) as f32
+        }
+    }
+
+    /// The speed, in its valid range.
+    fn bounded_speed(&self) -> f64 {
+        if self.speed.is_finite() {
+            self.speed.clamp(0.0, 100.0)
+        } else {
+            1.0
         }
     }
 
@@ -142,6 +161,7 @@ impl SimulationClock {
             paused: self.paused,
             speed: self.speed,
             catch_up: self.catch_up,
+            limit: self.limit,
             budget: self.budget,
             patience: self.patience,
             film_step: self.film_step,
@@ -156,11 +176,7 @@ impl SimulationClock {
         if self.paused {
             return;
         }
-        let speed = if self.speed.is_finite() {
-            self.speed.clamp(0.0, 100.0)
-        } else {
-            1.0
-        };
+        let speed = self.bounded_speed();
         let passed = match self.film_step {
             None => real,
             Some(step) => self.film(real, step),
@@ -208,6 +224,11 @@ impl SimulationClock {
         self.waiting = (self.waiting - self.tick_seconds).max(0.0);
         true
     }
+}
+
+/// After the fixed schedules of a frame: notes the time for which they have not run yet.
+pub(super) fn look_ahead(fixed: Res<Time<Fixed>>, mut clock: ResMut<SimulationClock>) {
+    clock.ahead = fixed.overstep().as_secs_f64();
 }
 
 #[cfg(test)]

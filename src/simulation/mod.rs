@@ -77,9 +77,21 @@ impl SimulationPlugin {
     }
 }
 
+/// Whether Bevy runs a schedule with its fixed clock.
+fn is_fixed(schedule: InternedScheduleLabel) -> bool {
+    let fixed = [
+        FixedFirst.intern(),
+        FixedPreUpdate.intern(),
+        FixedUpdate.intern(),
+        FixedPostUpdate.intern(),
+        FixedLast.intern(),
+    ];
+    fixed.contains(&schedule)
+}
+
 impl Default for SimulationPlugin {
     fn default() -> Self {
-        Self::new(FixedPostUpdate)
+        Self::new(PostUpdate)
     }
 }
 
@@ -157,6 +169,11 @@ impl Plugin for SimulationPlugin {
                 StepSystems::End.run_if(step::between_ticks),
             ),
         );
+        crate::effect::watch_for_missing_plugins(app);
+        if is_fixed(self.schedule) {
+            let after = RunFixedMainLoopSystems::AfterFixedMainLoop;
+            app.add_systems(RunFixedMainLoop, clock::look_ahead.in_set(after));
+        }
         app.add_systems(
             SubstepSchedule,
             (

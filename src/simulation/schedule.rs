@@ -24,7 +24,7 @@ pub struct ContactSchedule;
 /// Sets in the schedule of the caller's choice.
 ///
 /// ```text
-/// the schedule of the caller's choice (FixedPostUpdate by default)
+/// the schedule of the caller's choice (PostUpdate by default)
 /// └ SoftBodySystems: First → Prepare → Step → Writeback → Last
 ///                                       └ StepSchedule, once per tick
 ///   └ StepSystems: Wake → Begin → Substeps → End

@@ -91,7 +91,9 @@ pub(super) fn advance(world: &mut World) {
     let tick_seconds = world.resource::<SimulationSettings>().tick_seconds();
     let mut clock = world.resource_mut::<SimulationClock>();
     clock.advance(passed, tick_seconds);
-    let deadline = clock.budget.map(|budget| Instant::now() + budget);
+    let started = Instant::now();
+    let deadline = clock.budget.map(|budget| started + budget);
+    let limit = clock.limit;
     loop {
         if !world.resource::<SimulationClock>().mid_tick() {
             // Actions that waited for the end of a tick come before the next one.
@@ -104,7 +106,8 @@ pub(super) fn advance(world: &mut World) {
         }
         slice(world, deadline, None);
         end_early(world);
-        if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+        let is_over = deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        if is_over || limit.is_some_and(|limit| started.elapsed() >= limit) {
             break;
         }
     }

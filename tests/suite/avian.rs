@@ -17,7 +17,10 @@ fn app(gravity: f32) -> App {
     let tick = Duration::from_secs_f64(1.0 / 60.0);
     app.add_plugins((MinimalPlugins, TransformPlugin))
         .add_plugins(PhysicsPlugins::default())
-        .add_plugins((SoftBodyPlugins::default(), AvianPlugin::default()))
+        .add_plugins((
+            SoftBodyPlugins::new(FixedPostUpdate),
+            AvianPlugin::default(),
+        ))
         .insert_resource(settings)
         .insert_resource(Gravity(Vec3::NEG_Y * gravity))
         .insert_resource(Time::<Fixed>::from_duration(tick))

@@ -26,6 +26,8 @@ fn app_at(real: Duration) -> App {
     app.finish();
     app.cleanup();
     let _entities = plain::spawn(app.world_mut(), &cubes());
+    // No wall clock in what follows, unless a test sets one.
+    app.world_mut().resource_mut::<SimulationClock>().limit = None;
     // The first update has no elapsed time.
     app.update();
     app
@@ -335,4 +337,95 @@ fn without_patience_an_action_waits_for_the_whole_tick() {
     assert_eq!(clock(&mut app).tick(), tick + 1);
     let passed = clock(&mut app).time() - time;
     assert!((passed - 1.0 / 60.0).abs() < 1e-12, "{passed} s");
+}
+
+/// An app in a schedule with frames of this length.
+fn app_in(plugins: SoftBodyPlugins, fixed: f64, frame: Duration) -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, plugins));
+    app.insert_resource(Time::<Fixed>::from_hz(fixed));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(frame));
+    app.finish();
+    app.cleanup();
+    let _entities = plain::spawn(app.world_mut(), &cubes());
+    // No wall clock in what follows: ticks are cheap, but the machine may be busy.
+    clock(&mut app).limit = None;
+    app.update();
+    app
+}
+
+/// What is drawn advances by a frame in each frame.
+#[test]
+fn drawing_between_ticks_is_even_at_any_frame_rate() {
+    let in_frames = || SoftBodyPlugins::default();
+    let in_fixed = || SoftBodyPlugins::new(FixedPostUpdate);
+    for plugins in [in_frames as fn() -> SoftBodyPlugins, in_fixed] {
+        for rate in [30.0, 60.0, 144.0] {
+            let frame = Duration::from_secs_f64(1.0 / rate);
+            let mut app = app_in(plugins(), 60.0, frame);
+            updates(&mut app, 10);
+            let drawn = |app: &mut App| {
+                let clock = clock(app);
+                clock.tick() as f64 + f64::from(clock.overstep())
+            };
+            let mut before = drawn(&mut app);
+            for _ in 0..300 {
+                app.update();
+                let now = drawn(&mut app);
+                let off = (now - before - 60.0 / rate).abs();
+                // Fractions are in f32, and frames are whole nanoseconds.
+                assert!(
+                    off < 1e-5,
+                    "{rate} frames per second: {before} to {now} ticks"
+                );
+                before = now;
+            }
+        }
+    }
+}
+
+#[test]
+fn simulated_time_follows_real_time_in_fixed_schedules_of_other_rates() {
+    for fixed in [10.0, 64.0] {
+        let frame = Duration::from_secs_f64(1.0 / 60.0);
+        let mut app = app_in(SoftBodyPlugins::new(FixedPostUpdate), fixed, frame);
+        updates(&mut app, 600);
+        let behind = 10.0 - clock(&mut app).time();
+        assert!(
+            (-1e-9..1.0 / fixed + 2.0 / 60.0).contains(&behind),
+            "at {fixed} Hz: {behind} s"
+        );
+        assert_eq!(clock(&mut app).dropped(), 0);
+    }
+}
+
+/// A hitch is caught up as far as `catch_up` goes, and ticks that take long are not begun after the
+/// limit.
+#[test]
+fn a_hitch_stays_short_and_slow_ticks_are_slow_motion() {
+    let frame = Duration::from_secs_f64(1.0 / 60.0);
+    for hitch in [0.25, 10.0] {
+        let mut app = app_in(SoftBodyPlugins::default(), 64.0, frame);
+        updates(&mut app, 60);
+        let before = clock(&mut app).tick();
+        app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(
+            hitch,
+        )));
+        app.update();
+        // Bevy shortens a frame to 0.25 s.
+        let caught_up = clock(&mut app).tick() - before;
+        assert!((14..=16).contains(&caught_up), "{caught_up} ticks");
+    }
+    let mut app = app_in(SoftBodyPlugins::default(), 64.0, frame * 6);
+    clock(&mut app).limit = SimulationClock::default().limit;
+    let sleep = || thread::sleep(Duration::from_millis(20));
+    app.add_systems(StepSchedule, sleep.before(StepSystems::Wake));
+    for _ in 0..10 {
+        let before = clock(&mut app).tick();
+        app.update();
+        let done = clock(&mut app).tick() - before;
+        // Three of 20 ms end after the limit of 50 ms; on a busy machine it is fewer.
+        assert!((1..=3).contains(&done), "{done} ticks in a frame");
+    }
+    assert!(clock(&mut app).dropped() > 0, "the others are dropped");
 }

@@ -53,7 +53,7 @@ fn in_update_ticks_follow_frame_time() {
 #[test]
 fn in_the_fixed_schedule_ticks_follow_its_clock() {
     let mut app = App::new();
-    app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+    app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(FixedPostUpdate)));
     app.insert_resource(Time::<Fixed>::from_hz(60.0));
     app.insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
     let _entities = plain::spawn(app.world_mut(), &cubes());

@@ -3,8 +3,8 @@
 use crate::support_app::{app, app_of, cubes, done, set, ticks};
 use bevy::{ecs::message::Messages, prelude::*};
 use pliant::{
-    effect::{Collide, EffectUnfit, Pressure, Stretch, Volume},
-    simulation::{Action, SimulationSettings, SoftBody},
+    effect::{Collide, EffectPlugins, EffectUnfit, Pressure, Stretch, Volume},
+    simulation::{Action, SimulationPlugin, SimulationSettings, SoftBody},
     solver::{Deformation, Grab, ParticleIndex, SurfacePoint, VertexIndex},
 };
 
@@ -182,4 +182,22 @@ fn an_effect_that_cannot_act_on_a_body_says_so_once() {
     ticks(&mut app, 1);
     let all = said(&mut app);
     assert!(all.len() == 1 && all[0].contains("pressure"), "{all:?}");
+}
+
+/// A component whose plugin was left out does nothing, and says so.
+#[test]
+fn an_effect_without_its_plugin_says_so() {
+    let mut app = App::new();
+    let effects = EffectPlugins.without("volume");
+    app.add_plugins((MinimalPlugins, SimulationPlugin::default(), effects));
+    let cube = SoftBody::cuboid(Vec3::ONE, UVec3::ONE).build();
+    app.world_mut()
+        .spawn((cube, Stretch::default(), Volume::default()));
+    ticks(&mut app, 2);
+    let mut messages = app.world_mut().resource_mut::<Messages<EffectUnfit>>();
+    let all: Vec<String> = messages.drain().map(|message| message.text).collect();
+    assert_eq!(all.len(), 1, "{all:?}");
+    for word in ["volume", "EffectPlugin::<Volume>::default()"] {
+        assert!(all[0].contains(word), "{}", all[0]);
+    }
 }
