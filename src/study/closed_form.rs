@@ -139,15 +139,15 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
-    /// Tip deflection of a strip that is clamped horizontally and bends under its own weight [m],
-    /// for large deflections: the heavy elastica Bθ″ + w(L − s) cos θ = 0 (Wang, *A Critical Review
-    /// of the Heavy Elastica*, 1986).
+    /// Tip deflection of a strip or rod that is clamped horizontally and bends under its own weight
+    /// [m], for large deflections: the heavy elastica Bθ″ + w(L − s) cos θ = 0 (Wang, *A Critical
+    /// Review of the Heavy Elastica*, 1986).
     HeavyElastica {
-        /// Mass per area [kg/m²].
+        /// Mass per area of a strip [kg/m²], or per length of a rod [kg/m].
         density: f64,
         /// Free length [m].
         length: f64,
-        /// Flexural rigidity B [N·m].
+        /// Flexural rigidity B of a strip [N·m], or EI of a rod [N·m²].
         stiffness: f64,
         /// Gravity [m/s²].
         gravity: f64,

@@ -41,6 +41,7 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "uniaxial_narrowing",
     "catenary",
     "clamped_strip",
+    "rod_elastica",
     "cantilever_4",
     "cantilever_8",
     "cantilever_16",

@@ -104,6 +104,11 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
             *force += gradient * body.states.others.pressure.multiplier;
         }
     }
+    if let (Some(_), Some(rod)) = (body.effects.rod, &body.states.others.rod) {
+        for (i, pull) in rod.pulls() {
+            forces[i as usize] += pull;
+        }
+    }
     let matching = body.states.others.shape_matching.clone();
     if let (Some(_), Some(mut matching)) = (body.effects.shape_matching, matching) {
         let moves = matching.pull(&body.topology, MatchedParticle::among(&body.particles));

@@ -214,6 +214,35 @@ fn a_clamped_strip_hangs_as_its_bending_stiffness_says_on_any_mesh_by_either_ene
     }
 }
 
+/// A chain is solved at once: one substep of one iteration has no error that single precision could
+/// show. The error of the mesh falls with the square of the segments, and forces balance.
+#[test]
+fn a_clamped_rod_needs_one_substep_and_hangs_like_the_elastica_on_any_mesh() {
+    let mut off = Vec::new();
+    for case in cases("rod_elastica") {
+        let converged = converge(&case).expect("sound settings");
+        assert!(converged.settled);
+        off.push((converged.values[0] / expected(&case) - 1.0).abs());
+        let run = run_one(&case, Setting::xpbd(1, 1), case.problem.observe.seconds());
+        let run = run.expect("sound settings");
+        let error = (run.observed.values[0] / converged.values[0] - 1.0).abs();
+        // Positions are rounded to 2e-8 m of 0.3 m.
+        assert!(error < 1e-6, "{}: {error}", case.id());
+        let dual = run
+            .residuals
+            .and_then(|it| it.dual)
+            .expect("nothing touches it");
+        // Gradients are those before an iteration, which turns segments by less than 1e-3.
+        assert!(dual < 1e-3, "{}: {dual}", case.id());
+    }
+    let [coarse, middle, fine] = off[..] else {
+        panic!("{off:?}");
+    };
+    // Joints are too soft by θ²/6, for angles of 8° at the root with 8 segments: 0.3 % there.
+    assert!(coarse < 0.01, "{off:?}");
+    assert!(middle < 0.3 * coarse && fine < 0.3 * middle, "{off:?}");
+}
+
 #[test]
 fn a_static_equilibrium_is_where_the_reference_comes_to_rest() {
     for name in [

@@ -115,6 +115,18 @@ impl RodState {
         segments.map(|segment| segment.nodes).collect()
     }
 
+    /// M Δx of the particles at the ends of each segment by its current multiplier [kg·m].
+    pub fn pulls(&self) -> impl Iterator<Item = (u32, DVec3)> + '_ {
+        let System {
+            chains, lambdas, ..
+        } = &self.system;
+        let segments = chains.segments.iter().zip(lambdas);
+        segments.flat_map(|(segment, [stretch, _])| {
+            let [first, second] = segment.nodes;
+            [(first, -*stretch), (second, *stretch)]
+        })
+    }
+
     /// The segments.
     pub(crate) fn segments(&self) -> &[SegmentState] {
         &self.system.segments
