@@ -2,9 +2,11 @@
 //! `cargo bench --bench effects`.
 //!
 //! A body with only this effect is compared with the same body without effects. Both are reset to a
-//! stretch of 20 % in every round. Elements are the constraints of the effect, the particles for
-//! effects that act on particles, and the triangles for wind and pressure. Plasticity needs edges:
-//! its additional cost over that of edges alone is given per edge.
+//! stretch of 20 % in every round, grains to an overlap of 2 %. Elements are the constraints of the
+//! effect, the particles for effects that act on particles, the segments for rods, and the triangles
+//! for wind and pressure. Plasticity and tearing need edges: their additional cost over that of edges
+//! alone is given per edge. Tearing looks for what is above its limit once per tick of 64 substeps;
+//! nothing is. Nothing touches the bodies with contact: this is the cost of the search.
 
 use bevy::{
     math::{UVec2, UVec3, Vec2, Vec3},
@@ -37,13 +39,30 @@ fn main() -> anyhow::Result<()> {
         size: Vec3::ONE,
         cells: UVec3::splat(9),
     };
-    let shapes = [("cloth of 40²", cloth), ("block of 9³", block)];
-    let shapes = shapes.map(|(name, shape)| Ok::<_, anyhow::Error>((name, world(&shape)?)));
-    let [cloth, block] = shapes;
-    let shapes = [cloth?, block?];
+    let hair = Primitive::Hair {
+        radius: 0.2,
+        coverage: 90.0,
+        strands: 60,
+        length: 0.4,
+        segments: 32,
+        curl: 0.0,
+        turns: 0.0,
+    };
+    let sand = Primitive::Grains {
+        size: Vec3::splat(0.3),
+        region: Default::default(),
+        radius: 0.012,
+        variation: 0.2,
+    };
+    let solids = [
+        ("cloth of 40²", world(&cloth, 1.2)?),
+        ("block of 9³", world(&block, 1.2)?),
+    ];
+    let strands = [("60 strands of 32", world(&hair, 1.2)?)];
+    let grains = [("grains", world(&sand, 0.98)?)];
     println!("| effect | on | elements | ns per element and substep |");
     println!("|---|---|--:|--:|");
-    let mut names = app(&shapes[0].1)?;
+    let mut names = app(&solids[0].1)?;
     let registry = names.world_mut().resource::<EffectRegistry>();
     let effects: Vec<_> = registry.iter().cloned().collect();
     for effect in &effects {
@@ -51,8 +70,15 @@ fn main() -> anyhow::Result<()> {
         let Some(insert) = effect.insert_default.filter(|_| effect.name != "direct") else {
             continue;
         };
-        // The cloth, unless the effect only applies to the block.
-        for (name, world) in &shapes {
+        // The cloth, unless the effect only applies to another shape.
+        let shapes = match effect.name {
+            "rod" => &strands[..],
+            "grains" => &grains,
+            // They act on a few grains per tick.
+            "emitter" | "sink" => &[],
+            _ => &solids,
+        };
+        for (name, world) in shapes {
             let world = given(world, effect.name)?;
             let mut without = app(&world)?;
             let mut with = app(&world)?;
@@ -64,6 +90,7 @@ fn main() -> anyhow::Result<()> {
             let elements = match effect.name {
                 "shape_matching" => topology.particles(),
                 "wind" => topology.triangles.len(),
+                "rod" | "tear" => topology.edges.ends().len(),
                 // The body's single filling acts on every triangle.
                 "pressure" if topology.enclosure().is_ok() => topology.triangles.len(),
                 "pressure" => 0,
@@ -84,10 +111,15 @@ fn main() -> anyhow::Result<()> {
 }
 
 /// Effects whose elements are particles.
-const BY_PARTICLE: [&str; 7] = [
+const BY_PARTICLE: [&str; 12] = [
     "uniform",
     "attract",
     "vortex",
+    "axis",
+    "turbulence",
+    "contact",
+    "self_contact",
+    "grains",
     "drag",
     "ground",
     "sticky_ground",
@@ -98,11 +130,18 @@ const BY_PARTICLE: [&str; 7] = [
 fn given(world: &World, effect: &str) -> anyhow::Result<World> {
     let mut world = world.clone();
     match effect {
-        "plasticity" => {
+        "plasticity" | "tear" => {
             world.bodies[0].effects.stretch = Some(Stretch {
                 compliance: Compliance::new(1e-3)?,
                 ..Stretch::default()
             });
+        }
+        // Another body with contact, far away.
+        "contact" => {
+            let mut other = world.bodies[0].clone();
+            other.translate(Vec3::X * 10.0);
+            other.effects.contact = Some(Contact::default());
+            world.bodies.push(other);
         }
         "collide" => {
             let ball = ColliderShape::Sphere { radius: 0.1 };
@@ -113,13 +152,14 @@ fn given(world: &World, effect: &str) -> anyhow::Result<World> {
     Ok(world)
 }
 
-fn world(primitive: &Primitive) -> anyhow::Result<World> {
+/// A world with a body that is stretched.
+fn world(primitive: &Primitive, stretch: f32) -> anyhow::Result<World> {
     let topology = Topology::new(primitive.build()?.shape)?;
     let mut body = Body::new("body", Arc::new(topology), Density::new(1.0)?);
     body.pins = [0].map(VertexIndex).to_vec();
     body.update_masses();
     for x in &mut body.particles.positions {
-        *x = (x.truncate() * 1.2).extend(x.w);
+        *x = (x.truncate() * stretch).extend(x.w);
     }
     let mut world = World::default();
     world.sleep.enabled = false;

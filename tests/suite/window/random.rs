@@ -148,6 +148,8 @@ struct Watch {
     scene: String,
     actions: usize,
     ticks: usize,
+    /// Number of times that a widget came, moved or went.
+    changes: usize,
     /// The newest figures.
     figures: Value,
 }
@@ -164,6 +166,7 @@ impl Watch {
             scene: String::new(),
             actions: 0,
             ticks: 0,
+            changes: 0,
             figures: Value::Null,
         }
     }
@@ -184,6 +187,7 @@ impl Watch {
         let name = event["name"].as_str().unwrap_or_default();
         match event["event"].as_str().unwrap_or_default() {
             "widget" => {
+                self.changes += 1;
                 match numbers(&event["rect"]) {
                     Some(rect) => self.widgets.insert(name.to_owned(), rect),
                     None => self.widgets.remove(name),
@@ -314,9 +318,9 @@ fn random_input_in_one_scene_after_another_breaks_nothing() {
         // Nothing is held, typed or covered; then a key works as ever.
         xdotool(&["mouseup", "1", "mouseup", "2", "mouseup", "3"]);
         xdotool(&["windowsize", &id, "1280", "800"]);
-        xdotool(&["windowfocus", &id]);
         watch.read();
         let (scenes, actions) = (watch.scenes, watch.actions - before);
+        let (ticks, changes) = (watch.ticks, watch.changes);
         let process = window.program.id();
         let (asked, used) = (Instant::now(), processor_time(process));
         while watch.scenes == scenes {
@@ -325,9 +329,14 @@ fn random_input_in_one_scene_after_another_breaks_nothing() {
             let waits = busy < RESPONSE && asked.elapsed() < WAIT;
             assert!(
                 waits,
-                "the next scene does not open in {:.0?}, {busy:.0?} of them at work; {errors:?}",
-                asked.elapsed()
+                "the next scene does not open in {:.0?}, {busy:.0?} of them at work, with {} ticks and {} changes of \
+                 widgets; {errors:?}",
+                asked.elapsed(),
+                watch.ticks - ticks,
+                watch.changes - changes
             );
+            // Each time: a window that was too busy to be mapped anew has not taken the focus.
+            xdotool(&["windowfocus", &id]);
             xdotool(&["key", "Escape", "key", "Escape", "key", "n"]);
             std::thread::sleep(Duration::from_millis(1500));
             watch.read();
