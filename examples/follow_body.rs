@@ -1,7 +1,9 @@
 //! A lamp follows a bouncing ball: `cargo run --release --example follow_body`
 
 use bevy::prelude::*;
-use pliant::{prelude::*, render::SoftBodyMeshPlugin, solver::measure};
+use pliant::{
+    prelude::*, render::SoftBodyMeshPlugin, simulation::SoftBodySystems, solver::measure,
+};
 
 #[derive(Component)]
 struct Follows(Entity);
@@ -14,7 +16,12 @@ fn main() -> AppExit {
             SoftBodyMeshPlugin,
         ))
         .add_systems(Startup, setup)
-        .add_systems(Update, follow)
+        .add_systems(
+            PostUpdate,
+            follow
+                .after(SoftBodySystems::Last)
+                .before(TransformSystems::Propagate),
+        )
         .run()
 }
 

@@ -14,19 +14,34 @@ use std::{
 /// # Errors
 /// Of the system; a file that was there is unchanged in this case.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // Where the system shows its devices, the file behind a name is not one to be renamed.
+    if path.starts_with("/dev") || path.starts_with("/proc") {
+        return fs::write(path, bytes);
+    }
     // A link stays a link to the new content.
     let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    match fs::metadata(&place) {
-        Ok(found) if found.is_dir() => return Err(io::Error::other("it is a folder")),
-        Ok(found) if !found.is_file() => return fs::write(&place, bytes),
+    let found = fs::metadata(&place).ok();
+    match &found {
+        Some(found) if found.is_dir() => return Err(io::Error::other("it is a folder")),
+        Some(found) if !found.is_file() => return fs::write(&place, bytes),
+        Some(found) if found.permissions().readonly() => {
+            return Err(io::Error::other("it is read-only"));
+        }
         _ => {}
     }
     let beside = beside(&place);
-    let written = File::create(&beside).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()
-    });
-    let replaced = written.and_then(|()| fs::rename(&beside, &place));
+    let Ok(mut file) = File::create_new(&beside) else {
+        // A folder in which nothing can be made.
+        return fs::write(&place, bytes);
+    };
+    let replaced = file
+        .write_all(bytes)
+        .and_then(|()| file.sync_all())
+        .and_then(|()| match found {
+            Some(found) => fs::set_permissions(&beside, found.permissions()),
+            None => Ok(()),
+        })
+        .and_then(|()| fs::rename(&beside, &place));
     if replaced.is_err() {
         // What could not be finished is of no use; that it cannot be removed changes nothing.
         let _ = fs::remove_file(&beside);
@@ -69,10 +84,13 @@ mod tests {
         let folder = folder("kept");
         let path = folder.join("a.snap");
         fs::write(&path, "before").expect("it can be written");
-        // What is written beside it cannot be: there is a folder of this name.
-        fs::create_dir(beside(&path)).expect("it can be made");
+        let writable = fs::metadata(&path).expect("it is there").permissions();
+        let mut readonly = writable.clone();
+        readonly.set_readonly(true);
+        fs::set_permissions(&path, readonly).expect("it is ours");
         assert!(replace(&path, b"after").is_err());
         assert_eq!(fs::read(&path).expect("it is there"), b"before");
+        fs::set_permissions(&path, writable).expect("it is ours");
         assert!(replace(&folder, b"after").is_err(), "a folder is no file");
         fs::remove_dir_all(folder).expect("it was made here");
     }

@@ -29,6 +29,11 @@ impl Interrupt {
         interrupt
     }
 
+    /// From now on the first Ctrl-C ends the program.
+    pub fn release(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
     /// Whether to go on.
     pub fn flow(&self) -> ControlFlow<()> {
         match self.0.load(Ordering::Relaxed) {

@@ -138,6 +138,7 @@ impl RunScene {
             interrupt.flow()
         });
         bar.finish_and_clear();
+        interrupt.release();
         Recorder::end(app.world_mut());
         if let Some(recorder) = app.world().get_resource::<Recorder>()
             && let Some(reason) = recorder.failure()

@@ -69,9 +69,13 @@ impl StudyCommand {
         }
         let points = self.out.join(journal::FILE);
         if points.exists() && !self.resume && !self.overwrite {
+            let go_on = match self.merge.is_empty() {
+                true => "continue it with --resume, ",
+                false => "",
+            };
             anyhow::bail!(
-                "{} has the points of an earlier study; continue it with --resume, give another --out, or \
-                 replace it with --overwrite",
+                "{} has the points of an earlier study; {go_on}give another --out, or replace it with \
+                 --overwrite",
                 points.display()
             );
         }
@@ -103,12 +107,15 @@ impl StudyCommand {
 
     /// The command that runs one job alone.
     fn part(&self, id: &str) -> String {
-        let quick = if self.quick { " --quick" } else { "" };
+        let mut options = if self.quick { " --quick" } else { "" }.to_owned();
+        if self.overwrite {
+            options += " --overwrite";
+        }
         let problems = self.problems.iter().map(|problem| quoted(problem));
         let problems: String = problems.map(|problem| format!(" {problem}")).collect();
         let out = self.out.join(id);
         format!(
-            "pliant study{problems}{quick} --only {} --out {}",
+            "pliant study{problems}{options} --only {} --out {}",
             quoted(id),
             quoted(&out.to_string_lossy())
         )

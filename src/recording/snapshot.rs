@@ -60,8 +60,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Version 8 added rods and the orientations of their segments. Earlier ones are not read.
-const VERSION: u32 = 11;
+/// Other versions are not read. Version 12 stores the segments of rods by the partitions of the body.
+const VERSION: u32 = 12;
 const HEAD: usize = 28;
 
 impl Snapshot {

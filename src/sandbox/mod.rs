@@ -222,6 +222,8 @@ fn bound_ticks(
 ) {
     let half = time.delta() / 2;
     clock.budget = Some(half.clamp(MIN_TICK_BUDGET, MAX_TICK_BUDGET));
+    // The budget bounds whole ticks as well.
+    clock.limit = None;
     // Both compare whole ticks.
     let whole_ticks = ledger.on || overlay.is_some();
     clock.patience = (!whole_ticks).then_some(PATIENCE);

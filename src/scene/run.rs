@@ -63,7 +63,7 @@ pub struct Run {
     pub state_hash: u64,
     /// The final world.
     pub world: crate::solver::World,
-    /// Simulated time [s] that was asked for.
+    /// Requested simulated time [s].
     pub seconds: f64,
     /// Whether it ended before that time, in which case nothing was judged.
     pub stopped: bool,

@@ -48,14 +48,14 @@ pub(super) fn check_input(
     }
 }
 
-/// Reports colliders that were set to something that cannot be touched.
+/// Reports colliders that were set to something that is not sound.
 pub(super) fn check_colliders(
     colliders: Query<(Entity, Option<&Name>, &Collider), Changed<Collider>>,
 ) {
     for (entity, name, collider) in &colliders {
         if let Err(error) = collider.check() {
             let name = name.map_or_else(|| entity.to_string(), |name| format!("“{name}”"));
-            log::error!("bodies do not touch collider {name}: its {error}");
+            log::error!("bodies may pass through collider {name}: its {error}");
         }
     }
 }

@@ -29,7 +29,8 @@ pub struct SimulationClock {
     pub catch_up: Duration,
     /// Real time after which no further tick begins in one run of the outer schedule; default
     /// 50 ms. The others are caught up in the next runs or dropped, so that a hitch does not make
-    /// the frame after it as long. A tick is never interrupted because of it.
+    /// the frame after it as long. A tick is never interrupted because of it. With it, the number of
+    /// ticks in a run depends on the machine; none for an app that sets its own time.
     pub limit: Option<Duration>,
     /// Real time for ticks in one run of the outer schedule; default none. Longer ticks are spread
     /// over several runs, which keeps a window responsive at any cost of a tick.

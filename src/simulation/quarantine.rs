@@ -4,7 +4,7 @@ use super::{BodyQuarantined, Quarantined, SolverThreads, plain, step::CurrentSub
 use crate::solver::{
     Particles, Quarantine,
     advance::NotFinite,
-    body::{CONTACT, USER, restore_at_rest},
+    body::{CONTACT, INPUT, USER, restore_at_rest},
 };
 use bevy::prelude::*;
 
@@ -40,11 +40,15 @@ pub(super) fn message(
 ) -> BodyQuarantined {
     let name = name.map_or_else(|| format!("{body}"), |name| format!("“{name}”"));
     let Quarantine { vertex, stage } = quarantine;
+    let what = match *stage {
+        INPUT => format!(
+            "was set to a state that cannot be stepped (vertex {vertex}, as input: not finite, or columns of \
+             another length)"
+        ),
+        stage => format!("diverged (non-finite state of vertex {vertex} after {stage})"),
+    };
     BodyQuarantined {
         body,
-        text: format!(
-            "body {name} diverged (non-finite state of vertex {vertex} after {stage}). It was restored to \
-             the start of the tick and paused."
-        ),
+        text: format!("body {name} {what}. It was restored to the start of the tick and paused."),
     }
 }

@@ -75,7 +75,8 @@ pub enum SolverSystems {
     Postsolve,
 }
 
-/// Order inside an iteration. Effects of one phase run in the order of their registration.
+/// Order inside an iteration. Effects of this crate run in their order in a phase; those of users
+/// belong into [`User`](Self::User), and run there in the order of their registration.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SolvePhase {
     /// Elastic constraints.

@@ -224,16 +224,16 @@ fn slice(world: &mut World, deadline: Option<Instant>, end: Option<u32>) {
     under_way.deadline = deadline;
     under_way.end = end;
     if !world.resource::<SimulationClock>().mid_tick() {
-        let mut settings = **world.resource::<SimulationSettings>();
-        let mut under_way = world.resource_mut::<UnderWay>();
-        if !settings.gravity.is_finite() {
+        let last = world.resource::<UnderWay>().settings.gravity;
+        let given = world.resource::<SimulationSettings>().gravity;
+        if !given.is_finite() {
             log::error!(
-                "gravity is {} m/s², which is not finite; the last finite one acts",
-                settings.gravity
+                "gravity is set to {given} m/s², which is not finite; it stays {last} m/s²"
             );
-            settings.gravity = under_way.settings.gravity;
+            world.resource_mut::<SimulationSettings>().0.gravity = last;
         }
-        under_way.settings = settings;
+        let settings = **world.resource::<SimulationSettings>();
+        world.resource_mut::<UnderWay>().settings = settings;
         world.resource_mut::<Profile>().begin_tick();
         world
             .resource_mut::<Time<Tick>>()
@@ -290,11 +290,8 @@ pub(super) fn run_substeps(
     let (start, mut next) = (clock.time, clock.next_substep.unwrap_or(0));
     if next == 0 {
         sorted.clear();
-        // One without a place in space cannot be touched; `check_colliders` says so.
-        let placed = colliders
-            .iter(world)
-            .filter(|(.., it)| it.start.check().is_ok());
-        sorted.extend(placed.map(|(entity, order, _)| (*order, entity)));
+        let all = colliders.iter(world);
+        sorted.extend(all.map(|(entity, order, _)| (*order, entity)));
         sorted.sort_unstable();
         let mut current = world.resource_mut::<CurrentSubstep>();
         current.settings = settings;

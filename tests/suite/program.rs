@@ -451,6 +451,8 @@ fn the_figures_of_every_tick_can_be_piped() {
 fn ctrl_c_ends_a_run_with_the_figures_so_far() {
     let folder = folder("stopped");
     let [csv, snapshot] = ["a.csv", "a.snap"].map(|name| folder.join(name).display().to_string());
+    let recording = folder.join("a.rec");
+    let record = recording.display().to_string();
     let arguments = [
         "run",
         "jelly_cube",
@@ -460,14 +462,22 @@ fn ctrl_c_ends_a_run_with_the_figures_so_far() {
         &csv,
         "--snapshot",
         &snapshot,
+        "--record",
+        &record,
     ];
     let child = Command::new(env!("CARGO_BIN_EXE_pliant"))
         .args(arguments)
         .stdout(std::process::Stdio::piped())
         .spawn()
         .expect("the program starts");
-    // It is watched for once the run has begun, which takes milliseconds.
-    std::thread::sleep(std::time::Duration::from_secs(3));
+    // It is watched for before the run begins, which writes a hash every ten ticks.
+    let begun = || std::fs::metadata(&recording).is_ok_and(|file| file.len() > 100_000);
+    for _ in 0..600 {
+        if begun() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
     let id = child.id().to_string();
     let sent = Command::new("kill").args(["-INT", &id]).status();
     assert!(sent.expect("there is a kill").success());

@@ -44,6 +44,7 @@ fn in_update_ticks_follow_frame_time() {
     let frame = Duration::from_secs_f64(1.0 / 30.0);
     app.insert_resource(TimeUpdateStrategy::ManualDuration(frame));
     let _entities = plain::spawn(app.world_mut(), &cubes());
+    app.world_mut().resource_mut::<SimulationClock>().limit = None;
     app.update();
     (0..30).for_each(|_| app.update());
     assert_eq!(app.world().resource::<SimulationClock>().tick(), 60);

@@ -254,7 +254,7 @@ fn gravity_that_is_not_finite_leaves_the_last_one_in_force() {
 }
 
 #[test]
-fn a_collider_that_is_nowhere_is_left_out() {
+fn a_collider_that_is_nowhere_touches_nothing() {
     let run = |collider: Option<DVec3>| {
         let (mut app, ..) = app_of(&cubes());
         if let Some(place) = collider {

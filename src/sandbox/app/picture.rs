@@ -122,7 +122,7 @@ fn halved(image: &Image) -> Image {
 }
 
 fn write(image: &Image, path: &Path) -> Result<(), PictureError> {
-    screenshot::save(image, path).map_err(|reason| PictureError::NotWritten {
+    screenshot::save_small(image, path).map_err(|reason| PictureError::NotWritten {
         path: path.to_owned(),
         reason,
     })

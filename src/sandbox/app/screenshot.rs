@@ -74,12 +74,21 @@ pub(super) fn rgb(image: &Image) -> Result<Pixels, String> {
     })
 }
 
-/// Writes an image as a file, in the format given by its extension. A PNG is packed as small as
-/// the encoder can, because the pictures of the scenes are part of the program.
+/// Writes an image as a file, in the format given by its extension.
 ///
 /// # Errors
 /// What is wrong with the file or the image, as a message for the user.
 pub(in crate::sandbox) fn save(image: &Image, path: &Path) -> Result<(), String> {
+    save_packed(image, path, CompressionType::Fast)
+}
+
+/// As [`save`], with a PNG that is packed as small as the encoder can, which takes time: the pictures
+/// of the scenes are part of the program.
+pub(super) fn save_small(image: &Image, path: &Path) -> Result<(), String> {
+    save_packed(image, path, CompressionType::Best)
+}
+
+fn save_packed(image: &Image, path: &Path, packing: CompressionType) -> Result<(), String> {
     let pixels = image
         .clone()
         .try_into_dynamic()
@@ -91,7 +100,7 @@ pub(in crate::sandbox) fn save(image: &Image, path: &Path) -> Result<(), String>
     let encoded = match format {
         ImageFormat::Png => pixels.write_with_encoder(PngEncoder::new_with_quality(
             &mut bytes,
-            CompressionType::Best,
+            packing,
             FilterType::Adaptive,
         )),
         _ => pixels.write_to(&mut Cursor::new(&mut bytes), format),

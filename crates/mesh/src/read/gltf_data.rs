@@ -114,7 +114,8 @@ impl<'a> Data<'a> {
             }
         };
         // glTF 2.0, section 3.11: the lowest whole number stands for −1, too.
-        let scaled = |x: DVec3| match accessor.normalized() {
+        let is_fraction = accessor.normalized() && accessor.data_type() != DataType::F32;
+        let scaled = |x: DVec3| match is_fraction {
             true => (x / most).max(DVec3::NEG_ONE),
             false => x,
         };

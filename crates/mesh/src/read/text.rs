@@ -26,9 +26,10 @@ pub fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<Cow<'a, str>, MeshError
         let line = 1 + before.filter(|byte| **byte == b'\n').count();
         return Err(error(line, "the byte 0x00".into(), "text in UTF-8"));
     }
+    // Some editors write a byte order mark.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = match str::from_utf8(bytes) {
-        // Some editors write a byte order mark.
-        Ok(text) => Cow::Borrowed(text.strip_prefix('\u{feff}').unwrap_or(text)),
+        Ok(text) => Cow::Borrowed(text),
         // The bytes of Latin-1 are the first 256 characters of Unicode.
         Err(_) => Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()),
     };

@@ -59,7 +59,11 @@ impl Pose {
         }
         Err(InvalidValue {
             quantity: "deviation of the matrix from a rotation",
-            value: largest.max(1.0 - rotation.determinant()),
+            value: if rotation.is_finite() {
+                largest.max(1.0 - rotation.determinant())
+            } else {
+                f64::NAN
+            },
             valid: "at most 1e-6",
         })
     }

@@ -245,8 +245,11 @@ macro_rules! of_body_effects {
             }
 
             /// Numbers of the segments that a rod solves on a piece.
-            pub fn segments(&self, piece: &Piece) -> Range<usize> {
-                // SAFETY: the states are borrowed as long as this.
+            ///
+            /// # Safety
+            /// The states are still borrowed.
+            pub unsafe fn segments(&self, piece: &Piece) -> Range<usize> {
+                // SAFETY: the caller's promise.
                 unsafe { self.rod.segments_of(piece) }
             }
 

@@ -82,10 +82,10 @@ impl<'a> SharedBody<'a> {
             self.particles
         );
         let count = end - start;
-        let segments = self.states.segments(piece);
         // SAFETY: in bounds by the assertion; exclusive by the caller's promise, segments because
         // the chains of pieces that share no particle share none either.
         unsafe {
+            let segments = self.states.segments(piece);
             Part {
                 positions: slice::from_raw_parts_mut(self.positions.add(start), count),
                 displacements: slice::from_raw_parts_mut(self.displacements.add(start), count),

@@ -268,7 +268,7 @@ impl Bundle {
         }
     }
 
-    /// Writes the segments after the last iteration, and their multipliers where they are kept.
+    /// Writes the segments and their multipliers after the last iteration.
     fn finish(&self, moving: &Moving, piece: &mut Piece) {
         for (segment, rest) in moving.segments.iter().zip(&self.rest) {
             for lane in 0..WIDTH {
@@ -282,10 +282,8 @@ impl Bundle {
                         segment.angular_velocity.map(|it| it[lane]),
                     ),
                 };
-                if let Some(lambda) = piece.lambdas.get_mut(number) {
-                    let [a, b, c, d, e, f] = segment.lambda.map(|it| it[lane]);
-                    *lambda = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
-                }
+                let [a, b, c, d, e, f] = segment.lambda.map(|it| it[lane]);
+                piece.lambdas[number] = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
             }
         }
     }
@@ -297,7 +295,7 @@ pub struct Piece<'a> {
     /// Number of the first particle and of the first segment.
     pub first_particle: usize,
     pub first_segment: usize,
-    /// Written after the last iteration; empty if they are not kept.
+    /// Written after the last iteration.
     pub lambdas: &'a mut [Errors],
 }
 
@@ -338,7 +336,7 @@ impl SimdWork for Iteration<'_, '_> {
             if pass.last {
                 bundle.finish(moving, &mut piece);
             }
-            bundle.kept = kept;
+            bundle.kept = if is_only { Moving::default() } else { kept };
         }
     }
 }

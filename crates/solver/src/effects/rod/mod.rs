@@ -278,12 +278,7 @@ impl BodyEffect for Rod {
                     part: part.reborrow(),
                     first_particle: pass.first,
                     first_segment,
-                    // For residuals, which are measured after ticks.
-                    lambdas: if pass.substep.0 + 1 == pass.substep.1 {
-                        lambdas
-                    } else {
-                        &mut []
-                    },
+                    lambdas,
                 },
                 scratch,
             });
