@@ -284,10 +284,10 @@ fn bodies_that_touch() {
 /// Strands in pieces of a body, and one that is longer than a piece, on two threads.
 #[test]
 fn rods_on_two_threads() {
-    let (strands, nodes, long) = if cfg!(miri) {
-        (12, 5, 50)
+    let (strands, nodes, long, substeps) = if cfg!(miri) {
+        (14, 3, 24, 1)
     } else {
-        (150, 30, 1500)
+        (150, 30, 1500, 2)
     };
     let mut shape = RestShape::default();
     for (number, count) in std::iter::repeat_n(nodes, strands)
@@ -305,7 +305,7 @@ fn rods_on_two_threads() {
         rod: Some(Rod::default()),
         ..Effects::default()
     };
-    let one = world(vec![body(shape, effects)], [2, 2]);
+    let one = world(vec![body(shape, effects)], [substeps, 1]);
     let load = effects.load(&one.bodies[0].topology, 4);
     assert!(load.pieces > 1, "it is cut");
     let mut both = [1, 2].map(|count| World {
