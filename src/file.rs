@@ -8,11 +8,11 @@ use std::{
 };
 
 /// Writes a file beside its place and renames it: a file that was there is replaced by a complete
-/// one, or stays as it is. Links are followed. What is not a regular file, such as `/dev/stdout`, is
-/// written directly.
+/// one, or stays as it is. Links are followed. What is not a regular file, such as `/dev/stdout`, and
+/// a file in a folder in which no other can be made, are written directly.
 ///
 /// # Errors
-/// Of the system; a file that was there is unchanged in this case.
+/// Of the system; a file that was there is unchanged, unless it is written directly.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     // Where the system shows its devices, the file behind a name is not one to be renamed.
     if path.starts_with("/dev") || path.starts_with("/proc") {
@@ -30,9 +30,12 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
         _ => {}
     }
     let beside = beside(&place);
-    let Ok(mut file) = File::create_new(&beside) else {
-        // A folder in which nothing can be made.
-        return fs::write(&place, bytes);
+    let mut file = match File::create_new(&beside) {
+        // In a folder in which nothing can be made, only the file itself can be written.
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+            return fs::write(&place, bytes);
+        }
+        made => made?,
     };
     let replaced = file
         .write_all(bytes)

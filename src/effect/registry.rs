@@ -5,7 +5,7 @@ use crate::{
         Asleep, ContactSchedule, EffectSystems, RestTimer, SimulationClock, SimulationSettings,
         SoftBody, SolveSchedule, StepSchedule, StepSystems, SubstepSchedule,
         plan::{self, BuiltinForces, PlannedSystems, schedules_of_substep},
-        wake_changed,
+        shown_name, wake_changed,
     },
     solver::{InvalidValue, Settings, advance::Stage, measure::SquareSum},
 };
@@ -482,8 +482,7 @@ fn say_what_is_unfit(world: &mut World) {
             };
             let carries = entity.contains::<SoftBody>() && (info.present)(&entity);
             if carries && let Some(reason) = (info.unfit)(&entity, &settings) {
-                let name = entity.get::<Name>();
-                let name = name.map_or_else(|| body.to_string(), |name| format!("“{name}”"));
+                let name = shown_name(*body, entity.get::<Name>());
                 let effect = info.name;
                 messages.push(EffectUnfit {
                     body: *body,

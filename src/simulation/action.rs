@@ -504,7 +504,7 @@ pub fn apply(world: &mut World) -> bool {
             Err(error) => {
                 log::warn!("an action was not carried out: {error}");
                 let errors = &mut world.resource_mut::<Actions>().errors;
-                // Where nobody reads them, the last ones are enough.
+                // An app may never take them.
                 if errors.len() >= MAX_ERRORS {
                     errors.remove(0);
                 }

@@ -2,7 +2,9 @@
 
 use super::{
     AddedMass, Asleep, BodyDensity, JustRestored, Pins, Quarantined, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, SpawnOrder, TickStart, body::BodyQuarantined, quarantine,
+    SimulationSettings, SoftBody, SpawnOrder, TickStart,
+    body::{BodyQuarantined, shown_name},
+    quarantine,
 };
 use crate::solver::{
     Collide, Collider, Grab, Particles, Quarantine, Stitches,
@@ -54,7 +56,7 @@ pub(super) fn check_colliders(
 ) {
     for (entity, name, collider) in &colliders {
         if let Err(error) = collider.check() {
-            let name = name.map_or_else(|| entity.to_string(), |name| format!("“{name}”"));
+            let name = shown_name(entity, name);
             log::error!("bodies may pass through collider {name}: its {error}");
         }
     }

@@ -31,6 +31,11 @@ use std::sync::Arc;
 )]
 pub struct SoftBody(pub Arc<Topology>);
 
+/// An entity as messages call it: by its name, or by its number.
+pub(crate) fn shown_name(entity: Entity, name: Option<&Name>) -> String {
+    name.map_or_else(|| entity.to_string(), |name| format!("“{name}”"))
+}
+
 /// Says that bodies are not stepped in an app without the simulation.
 fn needs_plugin(world: DeferredWorld, body: HookContext) {
     if !world.contains_resource::<SimulationClock>() {

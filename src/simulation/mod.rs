@@ -47,6 +47,7 @@ pub use step::{CurrentSubstep, EndedEarly, Sleep, SolverThreads, end_tick, tick}
 pub use tear::BodyTorn;
 
 pub(crate) use begin::wake_changed;
+pub(crate) use body::shown_name;
 pub(crate) use step::tick_of;
 
 use crate::solver::Settings;

@@ -1,6 +1,8 @@
 //! Quarantine of diverged bodies.
 
-use super::{BodyQuarantined, Quarantined, SolverThreads, plain, step::CurrentSubstep};
+use super::{
+    BodyQuarantined, Quarantined, SolverThreads, body::shown_name, plain, step::CurrentSubstep,
+};
 use crate::solver::{
     Particles, Quarantine,
     advance::NotFinite,
@@ -38,7 +40,7 @@ pub(super) fn message(
     name: Option<&Name>,
     quarantine: &Quarantine,
 ) -> BodyQuarantined {
-    let name = name.map_or_else(|| format!("{body}"), |name| format!("“{name}”"));
+    let name = shown_name(body, name);
     let Quarantine { vertex, stage } = quarantine;
     let what = match *stage {
         INPUT => format!(

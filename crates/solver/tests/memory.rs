@@ -281,6 +281,23 @@ fn bodies_that_touch() {
     assert_finite(&world);
 }
 
+/// Steps a world whose body is cut into pieces on one thread and on two.
+fn assert_same_on_two_threads(world: &World) {
+    let body = &world.bodies[0];
+    let load = body.effects.load(&body.topology, 4);
+    assert!(load.pieces > 1, "it is cut");
+    let mut both = [1, 2].map(|count| World {
+        threads: Threads::new(count).expect("two threads"),
+        ..world.clone()
+    });
+    for world in &mut both {
+        world.tick();
+        assert_finite(world);
+    }
+    let [one, two] = &both;
+    assert_eq!(one.bodies[0].particles, two.bodies[0].particles);
+}
+
 /// Strands in pieces of a body, and one that is longer than a piece, on two threads.
 #[test]
 fn rods_on_two_threads() {
@@ -305,19 +322,7 @@ fn rods_on_two_threads() {
         rod: Some(Rod::default()),
         ..Effects::default()
     };
-    let one = world(vec![body(shape, effects)], [substeps, 1]);
-    let load = effects.load(&one.bodies[0].topology, 4);
-    assert!(load.pieces > 1, "it is cut");
-    let mut both = [1, 2].map(|count| World {
-        threads: Threads::new(count).expect("two threads"),
-        ..one.clone()
-    });
-    for world in &mut both {
-        world.tick();
-        assert_finite(world);
-    }
-    let [one, two] = &both;
-    assert_eq!(one.bodies[0].particles, two.bodies[0].particles);
+    assert_same_on_two_threads(&world(vec![body(shape, effects)], [substeps, 1]));
 }
 
 /// A body that is cut into pieces, on two threads: the same bits as on one.
@@ -333,17 +338,5 @@ fn a_body_on_two_threads() {
     } else {
         UVec2::new(90, 24)
     };
-    let one = world(vec![body(sheet(cells), effects)], [4, 1]);
-    let load = effects.load(&one.bodies[0].topology, 4);
-    assert!(load.pieces > 1, "it is cut");
-    let mut both = [1, 2].map(|count| World {
-        threads: Threads::new(count).expect("two threads"),
-        ..one.clone()
-    });
-    for world in &mut both {
-        world.tick();
-        assert_finite(world);
-    }
-    let [one, two] = &both;
-    assert_eq!(one.bodies[0].particles, two.bodies[0].particles);
+    assert_same_on_two_threads(&world(vec![body(sheet(cells), effects)], [4, 1]));
 }

@@ -55,8 +55,18 @@ impl Scope<Option<Box<RodState>>> for EachChain {
     where
         Option<Box<RodState>>: 'a,
     {
-        // SAFETY: the caller's promise.
-        unsafe { shared.piece(piece) }
+        // SAFETY: borrowed by `share`, and groups are only read while it is shared; those of pieces
+        // that share no particle share no element.
+        unsafe {
+            let group = group(&*shared.groups, piece);
+            RodPiece {
+                first_segment: group.segments.start,
+                segments: shared.segments.part(group.segments.clone()),
+                lambdas: shared.lambdas.part(group.segments),
+                bundles: shared.bundles.part(group.bundles),
+                scratch: shared.scratch.as_ref(),
+            }
+        }
     }
 }
 
@@ -92,7 +102,7 @@ pub struct RodPiece<'a> {
 
 impl SharedRod {
     /// Borrows the bundles, segments and multipliers of a rod while they are shared.
-    pub fn of(
+    fn of(
         bundles: &mut [Bundle],
         segments: &mut [SegmentState],
         lambdas: &mut [Errors],
@@ -115,25 +125,6 @@ impl SharedRod {
     pub unsafe fn segments_of(&self, piece: &Piece) -> Range<usize> {
         // SAFETY: borrowed by `of`, and only read while it is shared.
         unsafe { group(&*self.groups, piece) }.segments
-    }
-
-    /// The chains of a piece.
-    ///
-    /// # Safety
-    /// The rod is still borrowed; during the lifetime of the piece, no overlapping one is requested.
-    pub unsafe fn piece(&self, piece: &Piece) -> RodPiece<'_> {
-        // SAFETY: borrowed by `of`, and only read while it is shared; the groups of pieces that
-        // share no particle share no element.
-        unsafe {
-            let group = group(&*self.groups, piece);
-            RodPiece {
-                first_segment: group.segments.start,
-                segments: self.segments.part(group.segments.clone()),
-                lambdas: self.lambdas.part(group.segments),
-                bundles: self.bundles.part(group.bundles),
-                scratch: self.scratch.as_ref(),
-            }
-        }
     }
 }
 
