@@ -13,7 +13,7 @@ use super::{
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::{
-    output::{csv, json, plot},
+    output::{csv, json, plot, warnings::warnings},
     recording::{About, Recorder, Snapshot, is_snapshot},
     scene::{
         Acceptance, BuiltScene, CurrentScene, Scene, SceneError,
@@ -268,16 +268,10 @@ pub fn progress_bar() -> ProgressBar {
     bar
 }
 
-/// Warning if the substeps are too short for single precision; otherwise empty.
-fn unresolved(run: &Run) -> String {
-    let substeps = run.settings.substeps.get();
-    match run.world.resolved_substeps() {
-        Some(most) if substeps > most => format!(
-            "single precision resolves at most {most} substeps here: beyond that, rounding moves particles by \
-             more than gravity does per substep, and forces are mostly noise\n"
-        ),
-        _ => String::new(),
-    }
+/// Warnings as text, one per line.
+fn warnings_text(run: &Run) -> String {
+    let warnings = warnings(run).into_iter();
+    warnings.map(|it| format!("warning: {it}\n")).collect()
 }
 
 /// The energy ledger as text.
@@ -337,7 +331,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
             error * 100.0
         )),
         last.residual,
-        unresolved(run),
+        warnings_text(run),
         run.ledger.as_ref().map(ledger_text).unwrap_or_default(),
         run.state_hash,
     )

@@ -1,5 +1,6 @@
 //! A run as one JSON object.
 
+use super::warnings::warnings;
 use crate::{scene::run::Run, simulation::EnergyLedger, solver::memory::solver_bytes};
 use serde_json::{Value, json};
 
@@ -45,6 +46,7 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "stopped": run.stopped,
         "accepted": run.accepted(),
         "reasons": run.reasons,
+        "warnings": warnings(run),
     });
     if let Some(ledger) = &run.ledger {
         object["ledger_j"] = ledger_json(ledger);

@@ -1,4 +1,4 @@
-//! Output of a run: figures as CSV, a plot of them as SVG, a summary as JSON; documents of
+//! Output of a run: figures as CSV, a plot of them as SVG, a summary as JSON, warnings; documents of
 //! text, tables and figures, and pages of HTML.
 
 pub mod csv;
@@ -8,6 +8,7 @@ pub mod json;
 pub mod page;
 pub mod plot;
 pub mod series;
+pub mod warnings;
 
 pub use free_path::{free_path, plain_name};
 

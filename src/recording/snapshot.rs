@@ -146,6 +146,7 @@ impl Snapshot {
                     checks: Vec::new(),
                 },
                 folder: Default::default(),
+                chooses_substeps: false,
             },
         }
     }

@@ -3,6 +3,7 @@
 use super::{
     Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, Pins, PointSpec,
     Region, Scene, SceneError, ShapeSpec, StitchSpec, StitchTo, asset,
+    substeps::{choose, is_automatic},
 };
 use crate::{
     mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
@@ -97,10 +98,34 @@ impl Scene {
                 self.add(spec, mesh?, &mut built)?;
             }
         }
+        if self.chooses_substeps {
+            self.choose_substeps(&mut built);
+        }
         self.check_view()?;
         self.acceptance.check_names(&built.world)?;
         self.check_answers(&built.world)?;
         Ok(built)
+    }
+
+    /// The most substeps that a body with chosen cells requires.
+    fn choose_substeps(&self, built: &mut BuiltScene) {
+        let mut most = None;
+        let mut bodies = built.world.bodies.iter();
+        for spec in &self.bodies {
+            // Copies are alike.
+            let Some(body) = bodies.by_ref().nth(places(spec).len() - 1) else {
+                continue;
+            };
+            if !is_automatic(spec) {
+                continue;
+            }
+            let chosen = choose(body, &built.world.settings).map(|it| (it.0, &spec.name, it.1));
+            most = most.into_iter().chain(chosen).max_by_key(|it| it.0.get());
+        }
+        if let Some((substeps, name, note)) = most {
+            built.world.settings.substeps = substeps;
+            built.notes.push(format!("{name}: {note}"));
+        }
     }
 
     /// Builds the mesh of a body.

@@ -1,7 +1,9 @@
 //! The scene file: RON, by serde. Numbers with a checked type are validated during parsing, so that
 //! errors have a line and column.
 
-use super::{Acceptance, Answer, SceneError, mesh_file::is_mesh, registry, spawn::CurrentScene};
+use super::{
+    Acceptance, Answer, SceneError, mesh_file::is_mesh, registry, spawn::CurrentScene, substeps,
+};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
@@ -44,6 +46,10 @@ pub struct Scene {
     /// Folder to which paths of mesh files are relative; not in the file.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Whether [`build`](Self::build) chooses the substeps, from 20 to 40: where the file gives
+    /// none, and no cells for a mesh that is filled.
+    #[serde(skip)]
+    pub chooses_substeps: bool,
 }
 
 /// A soft body, or a grid of copies.
@@ -423,7 +429,10 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Syntax`] with line, column and what was expected.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        parse(file, text)
+        let mut scene: Self = parse(file, text)?;
+        let has_automatic = scene.bodies.iter().any(substeps::is_automatic);
+        scene.chooses_substeps = has_automatic && substeps::are_open(text);
+        Ok(scene)
     }
 
     /// The scene as the text of a file.

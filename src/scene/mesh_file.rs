@@ -17,10 +17,6 @@ use std::{ops::RangeInclusive, path::Path};
 pub const DEFAULT_SIZE: f32 = 0.6;
 /// Plausible longest sides of a mesh file, which are taken as meters [m].
 pub const PLAUSIBLE_SIZES: RangeInclusive<f64> = 0.05..=5.0;
-/// Cells along the longest side of a surface that is filled: few enough to step the body in real
-/// time.
-pub const CELLS: u32 = 16;
-
 /// Young's modulus of the material [Pa]: a firm jelly. An edge of length L carries about L² of it,
 /// so its compliance is 1/(E·L).
 const YOUNG: f32 = 4e4;
@@ -53,37 +49,38 @@ pub fn size(mesh: &FileMesh) -> Option<f32> {
     (!PLAUSIBLE_SIZES.contains(&extent)).then_some(DEFAULT_SIZE)
 }
 
-/// Prepares a mesh for simulation: fills a closed surface with `cells` along its longest side, or
-/// with as many as its parts need; an open surface becomes a cloth. Returns the options that worked.
-/// May take seconds.
+/// Prepares a mesh for simulation: fills a closed surface with `cells` along its longest side, by
+/// default few enough to step the body in real time; an open surface becomes a cloth. Returns the
+/// options that worked. May take seconds.
 ///
 /// # Errors
 /// Why the surface cannot be filled, if it cannot be a cloth either.
 pub fn fit(
     mesh: FileMesh,
     size: Option<f32>,
-    cells: u32,
+    cells: Option<u32>,
 ) -> Result<(SoftMesh, BuildOptions), MeshError> {
-    let options = |cells, treatment| BuildOptions {
-        size,
-        cells,
-        treatment,
-    };
-    let try_with = |mesh: FileMesh, options: BuildOptions| {
+    let try_with = |mesh: FileMesh, cells, treatment| {
+        let options = BuildOptions {
+            size,
+            cells,
+            treatment,
+        };
         let soft = build(mesh, &options)?;
         Ok::<_, MeshError>((soft, options))
     };
     let (spare, cloth) = (mesh.clone(), mesh.clone());
-    try_with(mesh, options(Some(cells), Treatment::Fill))
-        // Parts finer than these cells may need the mesh's own resolution.
-        .or_else(|_| try_with(spare, options(None, Treatment::Fill)))
-        .or_else(|error| {
-            let (mut soft, options) =
-                try_with(cloth, options(None, Treatment::Shell)).map_err(|_| error)?;
-            let note = "mesh is not closed: imported as cloth".to_owned();
-            soft.notes.push(note);
-            Ok((soft, options))
-        })
+    let mut filled = try_with(mesh, cells, Treatment::Fill);
+    if filled.is_err() && cells.is_some() {
+        // Parts finer than these cells may need others.
+        filled = try_with(spare, None, Treatment::Fill);
+    }
+    filled.or_else(|error| {
+        let (mut soft, options) = try_with(cloth, None, Treatment::Shell).map_err(|_| error)?;
+        let note = "mesh is not closed: imported as cloth".to_owned();
+        soft.notes.push(note);
+        Ok((soft, options))
+    })
 }
 
 /// Density and effects of the default soft material, for any mesh size.
@@ -149,7 +146,7 @@ impl Scene {
         };
         let mesh = read::file(path).map_err(failed)?;
         let size = size(&mesh);
-        let (soft, options) = fit(mesh, size, CELLS).map_err(failed)?;
+        let (soft, options) = fit(mesh, size, None).map_err(failed)?;
         let topology = Topology::new(soft.shape).map_err(|error| SceneError::Topology {
             body: body.clone(),
             error,
@@ -197,6 +194,7 @@ impl Scene {
                 checks: Vec::new(),
             },
             folder: path.parent().map(Into::into).unwrap_or_default(),
+            chooses_substeps: true,
         })
     }
 }

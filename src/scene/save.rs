@@ -121,6 +121,7 @@ impl Definition {
         let mut scene = Scene {
             world: now.world.settings,
             folder: folder.to_owned(),
+            chooses_substeps: false,
             ..self.scene.clone()
         };
         scene.colliders = self.colliders_of(now, &mut reasons);

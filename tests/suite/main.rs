@@ -21,6 +21,7 @@ mod mesh_fuzz;
 mod mesh_gltf;
 mod mesh_primitives;
 mod mesh_read;
+mod mesh_shapes;
 mod mesh_support;
 mod program;
 mod program_fuzz;

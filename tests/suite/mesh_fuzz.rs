@@ -2,6 +2,7 @@
 //! without a panic, and with memory in proportion to the file.
 
 use crate::fuzz_support::{Edit, broken, edits, fuzz, in_proportion};
+use crate::mesh_read::binary_gmsh;
 use pliant::mesh::{
     BuildOptions, FileMesh, MeshError, SoftMesh, SurfaceMesh, Treatment, build, read,
 };
@@ -60,7 +61,8 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
     let texts = TEXTS.map(|(name, text)| (name, text.as_bytes().to_vec()));
     let json = TEXTS[5].1.replace("\"uri\":\"b.bin\",", "");
     let others = [("a.ele", ELE.into()), ("a.glb", glb(&json))];
-    texts.into_iter().chain(others).collect()
+    let binary = ["2.2", "4.0", "4.1"].map(|version| ("a.msh", binary_gmsh(version, false, 8)));
+    texts.into_iter().chain(binary).chain(others).collect()
 }
 
 fn beside(name: &str) -> io::Result<Vec<u8>> {

@@ -193,8 +193,12 @@ fn gmsh_errors_point_at_the_word() {
         &[
             ("", 1, &["an empty file"]),
             ("solid x\n", 1, &["'solid'", "$MeshFormat"]),
-            (&in_2("2.2 0 8", "1.0 0 8"), 2, &["'1.0'", "2.2 or 4.1"]),
-            (&in_2("2.2 0 8", "2.2 1 8"), 2, &["'1'", "save it as ASCII"]),
+            (
+                &in_2("2.2 0 8", "1.0 0 8"),
+                2,
+                &["'1.0'", "2.2, 4.0 or 4.1"],
+            ),
+            (&in_2("2.2 0 8", "2.2 2 8"), 2, &["'2'", "for binary"]),
             (
                 &in_2("8 1 0 0", "8 1 0 nan"),
                 11,
@@ -248,7 +252,7 @@ fn gmsh_errors_point_at_the_word() {
             (
                 &in_4("3 1 1 3", "3 1 1 4000000000"),
                 13,
-                &["'0.5'", "the number of a node"],
+                &["'0'", "a node that was not given before"],
             ),
             (
                 &in_4("3 1 4 1", "3 1 4 2"),
@@ -281,17 +285,222 @@ fn gmsh_errors_point_at_the_word() {
     );
 }
 
+/// Numbers of a binary file of Gmsh.
+#[derive(Clone, Copy)]
+enum Data<'a> {
+    Text(&'a str),
+    Ints(&'a [i32]),
+    /// Four bytes before format 4.1, in which their width is given at the top.
+    Tags(&'a [i32]),
+    Sizes(&'a [i32]),
+    Reals(&'a [f64]),
+}
+
+/// Bytes of a file, with the order of bytes and the width of `size_t` and of tags.
+fn binary(parts: &[Data], big_endian: bool, size: usize, tag: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut number = |mut little: Vec<u8>| {
+        if big_endian {
+            little.reverse();
+        }
+        bytes.extend(little);
+    };
+    let wide = |value: i32, width| i64::from(value).to_le_bytes()[..width].to_vec();
+    for part in parts {
+        match part {
+            Data::Text(text) => text.bytes().for_each(|byte| number(vec![byte])),
+            Data::Ints(ints) => ints.iter().for_each(|int| number(wide(*int, 4))),
+            Data::Tags(tags) => tags.iter().for_each(|int| number(wide(*int, tag))),
+            Data::Sizes(sizes) => sizes.iter().for_each(|int| number(wide(*int, size))),
+            Data::Reals(reals) => {
+                (reals.iter()).for_each(|real| number(real.to_le_bytes().to_vec()));
+            }
+        }
+    }
+    bytes
+}
+
+/// The tetrahedron of [`MSH_2`] and [`MSH_4`] in the three binary formats, beside a hexahedron, a
+/// line and a section of unknown content.
+pub fn binary_gmsh(version: &str, big_endian: bool, size: usize) -> Vec<u8> {
+    use Data::{Ints, Reals, Sizes, Tags, Text};
+    let head = format!("$MeshFormat\n{version} 1 {size}\n");
+    let begin = [
+        Text(&head),
+        Ints(&[1]),
+        Text("\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"a b\"\n$EndPhysicalNames\n$Entities\n"),
+        Ints(&[-1, 0x0a24]),
+        Text("\n$EndEntities\n$Nodes\n"),
+    ];
+    let (nodes, elements): (&[Data], &[Data]) = match version {
+        "2.2" => (
+            &[
+                Text("4\n"),
+                Ints(&[7]),
+                Reals(&[0.0, 0.0, 0.0]),
+                Ints(&[8]),
+                Reals(&[1.0, 0.0, 0.0]),
+                Ints(&[9]),
+                Reals(&[0.0, 1.0, 0.0]),
+                Ints(&[1_000_000]),
+                Reals(&[0.0, 0.0, 1.0]),
+            ],
+            &[
+                Text("4\n"),
+                Ints(&[1, 2, 2, 1, -5, 5, 7, 8, 2, 5, 5, 8, 9]),
+                Ints(&[5, 1, 0, 3, 7, 8, 9, 7, 7, 8, 9, 7]),
+                Ints(&[4, 1, 1, 4, 5, 7, 8, 9, 1_000_000]),
+            ],
+        ),
+        "4.0" => (
+            &[
+                Sizes(&[2, 4]),
+                Ints(&[-1, 0, 0]),
+                Sizes(&[1]),
+                Ints(&[7]),
+                Reals(&[0.0, 0.0, 0.0]),
+                Ints(&[1, 2, 1]),
+                Sizes(&[3]),
+                Ints(&[8]),
+                Reals(&[1.0, 0.0, 0.0, 0.5, 0.5]),
+                Ints(&[9]),
+                Reals(&[0.0, 1.0, 0.0, 0.5, 0.5]),
+                Ints(&[1_000_000]),
+                Reals(&[0.0, 0.0, 1.0, 0.5, 0.5]),
+            ],
+            &[
+                Sizes(&[2, 2]),
+                Ints(&[1, 3, 5]),
+                Sizes(&[1]),
+                Tags(&[3, 7, 8, 9, 7, 7, 8, 9, 7]),
+                Ints(&[1, 3, 4]),
+                Sizes(&[1]),
+                Tags(&[4, 7, 8, 9, 1_000_000]),
+            ],
+        ),
+        _ => (
+            &[
+                Sizes(&[2, 4, 7, 1_000_000]),
+                Ints(&[0, -1, 0]),
+                Sizes(&[1, 7]),
+                Reals(&[0.0, 0.0, 0.0]),
+                Ints(&[3, 1, 1]),
+                Sizes(&[3, 8, 9, 1_000_000]),
+                Reals(&[1.0, 0.0, 0.0, 0.5, 0.5, 0.5]),
+                Reals(&[0.0, 1.0, 0.0, 0.5, 0.5, 0.5]),
+                Reals(&[0.0, 0.0, 1.0, 0.5, 0.5, 0.5]),
+            ],
+            &[
+                Sizes(&[2, 2, 3, 4]),
+                Ints(&[3, 1, 5]),
+                Sizes(&[1]),
+                Tags(&[3, 7, 8, 9, 7, 7, 8, 9, 7]),
+                Ints(&[3, 1, 4]),
+                Sizes(&[1]),
+                Tags(&[4, 7, 8, 9, 1_000_000]),
+            ],
+        ),
+    };
+    let between = [Text("\n$EndNodes\n$Elements\n")];
+    let parts = [
+        &begin,
+        nodes,
+        &between,
+        elements,
+        &[Text("\n$EndElements\n")],
+    ]
+    .concat();
+    let tag = if version == "4.1" { size } else { 4 };
+    binary(&parts, big_endian, size, tag)
+}
+
 #[test]
-fn a_binary_gmsh_file_is_refused_with_the_remedy() {
-    let mut bytes = b"$MeshFormat\n4.1 1 8\n".to_vec();
-    bytes.extend([1, 0, 0, 0, 0xff, 0xfe]);
-    let error = read::bytes("a.msh", &bytes, &nothing)
-        .expect_err("binary")
-        .to_string();
-    assert!(
-        error.starts_with("a.msh:2: found '1'") && error.contains("ASCII"),
-        "{error}"
-    );
+fn binary_gmsh_files_of_each_version_and_order_of_bytes_are_read() {
+    for (version, size) in [("2.2", 8), ("4.0", 8), ("4.1", 8), ("4.1", 4)] {
+        for big_endian in [false, true] {
+            let bytes = binary_gmsh(version, big_endian, size);
+            match read::bytes("a.msh", &bytes, &nothing) {
+                Ok(FileMesh::Tetrahedra(mesh)) => {
+                    assert_eq!(mesh.vertices, [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z]);
+                    assert_eq!(mesh.tetrahedra, [[0, 1, 2, 3]]);
+                    assert_eq!(mesh.notes.len(), 1, "{:?}", mesh.notes);
+                }
+                other => panic!("{version}, big endian {big_endian}, {size}: {other:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn errors_of_a_binary_gmsh_file_name_the_byte() {
+    let error = |bytes: &[u8]| {
+        let read = read::bytes("a.msh", bytes, &nothing);
+        read.expect_err("damaged").to_string()
+    };
+    let head = b"$MeshFormat\n4.1 1 8\n";
+    for (version, cut, expected) in [
+        (
+            "2.2",
+            "$EndNodes",
+            "byte 239: found the end of the file, expected $EndNodes",
+        ),
+        ("4.0", "\n$EndElements", "expected $EndElements"),
+        (
+            "4.1",
+            "$EndEntities",
+            "byte 104: found the end of the file, expected $EndEntities",
+        ),
+    ] {
+        let bytes = binary_gmsh(version, false, 8);
+        let place = bytes
+            .windows(cut.len())
+            .position(|part| part == cut.as_bytes());
+        let text = error(&bytes[..place.expect(cut)]);
+        assert!(
+            text.starts_with("a.msh: byte ") && text.contains(expected),
+            "{text}"
+        );
+    }
+    // Cut anywhere, there is a mesh or an error; a mesh only where the elements are complete.
+    let whole = binary_gmsh("4.1", true, 8);
+    for end in 0..whole.len() - "$EndElements\n".len() {
+        let _ = error(&whole[..end]);
+    }
+    for (at, to, expected) in [
+        (0, 0, "a.msh:1: found the byte 0x00"),
+        (12, b'5', "version 2.2, 4.0 or 4.1"),
+        (16, b'2', "'2', expected 0, for text, or 1, for binary"),
+        (18, b'3', "'3', expected 8, the bytes of a number"),
+        (
+            head.len(),
+            7,
+            "a.msh: byte 20: found the bytes [07, 00, 00, 00]",
+        ),
+    ] {
+        let mut bytes = binary_gmsh("4.1", false, 8);
+        bytes[at] = to;
+        let text = error(&bytes);
+        assert!(text.contains(expected), "{text}");
+    }
+    let mut bytes = binary_gmsh("4.1", false, 8);
+    let nodes = bytes
+        .windows(7)
+        .position(|part| part == b"$Nodes\n")
+        .expect("nodes")
+        + 7;
+    bytes[nodes..nodes + 8].copy_from_slice(&(-4_i64).to_le_bytes());
+    let text = error(&bytes);
+    let place = format!("a.msh: byte {nodes}: found -4, expected the number of blocks of nodes");
+    assert!(text.starts_with(&place), "{text}");
+}
+
+#[test]
+fn gmsh_4_0_is_read_as_text() {
+    let text = "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Nodes\n2 4\n1 0 0 1\n7 0 0 0\n-1 2 1 3\n8 1 0 0 .5 .5\n\
+        9 0 1 0 .5 .5\n10 0 0 1 .5 .5\n$EndNodes\n$Elements\n1 1\n1 3 4 1\n2 7 8 9 10\n$EndElements\n";
+    let mesh = tetrahedra("a.msh", text);
+    assert_eq!(mesh.vertices, [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z]);
+    assert_eq!(mesh.tetrahedra, [[0, 1, 2, 3]]);
 }
 
 const MEDIT: &str = "MeshVersionFormatted 2\n# comment\nDimension\n3\nVertices\n4\n0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n\

@@ -34,7 +34,7 @@ pub struct BuildOptions {
     /// keeps the file's numbers as meters.
     pub size: Option<f32>,
     /// Cells along the longest side when a surface is filled, from 2 to [`MAX_CELLS`]; `None`, the
-    /// default, takes the coarsest of 12, 18, 27 and 40 that keeps the volume within 5 %.
+    /// default, takes as many as give at most about 2000 particles, from 6 to 18.
     pub cells: Option<u32>,
     /// Treatment of closed surfaces.
     pub treatment: Treatment,

@@ -35,12 +35,12 @@ pub enum MeshError {
         /// The expected token, or what to do.
         expected: String,
     },
-    /// Invalid content in a binary or structured file (glTF).
+    /// Invalid content in a binary or structured file (glTF, binary Gmsh).
     #[error("{file}: {place}: {problem}")]
     Content {
         /// The file's name.
         file: String,
-        /// Location, for example `mesh 0 'Body', primitive 1`.
+        /// Location, for example `mesh 0 'Body', primitive 1` or `byte 120`.
         place: String,
         /// What is wrong, and what was expected.
         problem: String,

@@ -20,8 +20,16 @@ const TOLERANCE: f64 = 0.05;
 /// A filling that does not extend beyond the surface is accepted if it lacks at most this fraction
 /// of the volume.
 const GOOD: f64 = 0.02;
-/// Resolutions that are tried when none is given.
-const AUTOMATIC: [u32; 4] = [12, 18, 27, 40];
+/// Largest number of particles of an automatic resolution, as far as [`COARSEST`] allows. Gauss-Seidel
+/// passes a displacement on by one cell per substep or iteration: fine lattices need many substeps,
+/// and invert without them.
+const BUDGET: usize = 2000;
+/// Finest automatic resolution, for the same reason, in cells along the longest side.
+const FINEST: u32 = 18;
+/// Coarsest automatic resolution.
+const COARSEST: u32 = 6;
+/// Particles per cell of the lattice: those of its corners and its centers.
+const PARTICLES_PER_CELL: f64 = 2.0;
 /// Maximum distance by which the tetrahedra may extend beyond the surface, in cells. It compensates
 /// for parts too fine for the lattice and for the volume between a curved surface and flat faces.
 const FARTHEST: f64 = 0.2;
@@ -38,8 +46,8 @@ const SHEET: f64 = 0.6;
 /// Sample points along the longest side for estimating the volume of a surface that is not simple.
 const SAMPLES: f64 = 24.0;
 
-/// Fills a surface with tetrahedra, with `cells` cubes along the longest side, or as many as the
-/// volume requires.
+/// Fills a surface with tetrahedra, with `cells` cubes along the longest side, or as many as
+/// [`BUDGET`] allows.
 pub(super) fn fill(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
@@ -54,33 +62,46 @@ pub(super) fn fill(
             "close it, or import it as a shell",
         ));
     }
-    let tries = cells.as_ref().map_or(&AUTOMATIC[..], std::slice::from_ref);
-    let mut filling = TetMesh::default();
-    let mut used = 0;
-    let mut error = f64::NEG_INFINITY;
-    for &cells in tries {
-        used = cells;
-        filling = solid.fill(cells, volume)?;
-        error = volume_of(&filling) / volume - 1.0;
-        if error.abs() <= TOLERANCE {
-            break;
-        }
-    }
+    let (used, mut filling) = match cells {
+        Some(cells) => (cells, solid.fill(cells, volume)?),
+        None => solid.fill_within_budget(volume)?,
+    };
+    let error = volume_of(&filling) / volume - 1.0;
     drop_dust(&mut filling, notes);
-    if cells.is_none() && used > AUTOMATIC[0] {
-        notes.push(format!(
-            "{used} cells along the longest side, to resolve the fine parts of the surface"
-        ));
-    }
-    if error.abs() > TOLERANCE {
-        notes.push(format!(
-            "the tetrahedra have {:.0} % {} volume than the surface: use more cells for a closer fit",
-            100.0 * error.abs(),
-            if error < 0.0 { "less" } else { "more" }
-        ));
-    }
     keep_used(&mut filling.vertices, &mut filling.tetrahedra);
+    let chosen = match cells {
+        Some(_) => "",
+        None => ", chosen for about 2000 particles",
+    };
+    notes.push(format!(
+        "filled with {used} cells along the longest side{chosen}: {}, {}, {}",
+        counted(filling.vertices.len(), "particle", "particles"),
+        counted(filling.tetrahedra.len(), "tetrahedron", "tetrahedra"),
+        compared(error),
+    ));
     Ok(filling)
+}
+
+/// Number of vertices that belong to a tetrahedron; the lattice has others.
+fn used_vertices(filling: &TetMesh) -> usize {
+    let mut used = vec![false; filling.vertices.len()];
+    for &vertex in filling.tetrahedra.iter().flatten() {
+        used[vertex as usize] = true;
+    }
+    used.into_iter().filter(|used| *used).count()
+}
+
+/// The volume of a filling in words, relative to that of its surface.
+fn compared(error: f64) -> String {
+    let percent = 100.0 * error.abs();
+    let sign = if error < 0.0 { "less" } else { "more" };
+    match error.abs() {
+        under if under < 5e-4 => "the volume of the surface".to_owned(),
+        within if within <= TOLERANCE => format!("{percent:.1} % {sign} volume than the surface"),
+        _ => format!(
+            "{percent:.0} % {sign} volume than the surface (use more cells for a closer fit)"
+        ),
+    }
 }
 
 /// A surface as the boundary of a solid.
@@ -154,6 +175,23 @@ impl<'a> Solid<'a> {
             surface_volume(self.vertices, self.triangles)
         } else {
             f64::from(inside) * cell.element_product()
+        }
+    }
+
+    /// The finest filling within the budget of particles, with its resolution.
+    fn fill_within_budget(&self, volume: f64) -> Result<(u32, TetMesh), MeshError> {
+        let inside = BUDGET as f64 / PARTICLES_PER_CELL;
+        // Bodies with much surface have more particles than their volume says.
+        let mut cells = ((inside / volume).cbrt() as u32).clamp(COARSEST, FINEST);
+        loop {
+            let filling = self.fill(cells, volume)?;
+            let particles = used_vertices(&filling);
+            if particles <= BUDGET || cells == COARSEST {
+                return Ok((cells, filling));
+            }
+            let excess = particles as f64 / BUDGET as f64;
+            let fewer = (f64::from(cells) / excess.cbrt()) as u32;
+            cells = fewer.clamp(COARSEST, cells - 1);
         }
     }
 

@@ -1,88 +1,98 @@
-//! Gmsh `.msh`, format 2.2 and 4.1, as ASCII: `$Nodes` and `$Elements`; other sections are ignored.
+//! Gmsh `.msh`, formats 2.2, 4.0 and 4.1, as text and binary: `$Nodes` and `$Elements`; other
+//! sections are ignored.
 //!
 //! Tetrahedra, triangles and quadrilaterals are imported; higher-order elements by their corners.
-//! Reference: the Gmsh manual, sections "MSH file format" and "MSH file format version 2 (Legacy)".
+//! Reference: the Gmsh manual, sections "MSH file format", "MSH file format version 4.0" and
+//! "MSH file format version 2 (Legacy)".
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::text::{Word, Words, decode};
+use super::text::{Words, decode};
 use crate::{FileMesh, MeshError};
+use source::{Binary, Source, Width};
+
+mod source;
 
 pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
-    // A binary file declares its format in text at the top and is not UTF-8 after that.
-    let text = decode(file, bytes).map_err(|not_text| {
-        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(64)]);
-        let format = version(&mut Words::new(file, &head));
-        match format {
-            Err(refused) if head.starts_with("$MeshFormat") => refused,
-            _ => not_text,
+    // The head is text in binary files too.
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(256)]);
+    let format = match Format::read(&mut Words::new(file, &head)) {
+        Ok(format) if format.binary => {
+            let mut ends = (0..bytes.len()).filter(|at| bytes[*at] == b'\n');
+            let at = ends.nth(1).map_or(bytes.len(), |end| end + 1);
+            let source = Binary::new(file, bytes, at, format.size)?;
+            return Reader::new(format.version).read(Source::Binary(source));
         }
-    })?;
+        other => other,
+    };
+    let text = match decode(file, bytes) {
+        Ok(text) => text,
+        // A refused format says more than the byte that is no text.
+        Err(not_text) if head.starts_with("$MeshFormat") => {
+            return Err(format.err().unwrap_or(not_text));
+        }
+        Err(not_text) => return Err(not_text),
+    };
     let mut words = Words::new(file, &text);
-    let version = version(&mut words)?;
-    let mut reader = Reader {
-        version,
-        ..Reader::default()
-    };
-    let end = loop {
-        let section = words.next();
-        match section.text {
-            None => break section,
-            Some("$Nodes") => reader.nodes(&mut words)?,
-            Some("$Elements") => reader.elements(&mut words)?,
-            Some(name) if name.starts_with('$') => pass_over(&mut words, name)?,
-            Some(_) => return Err(section.wrong("a section, such as $Nodes")),
-        }
-    };
-    reader.finish(end)
+    let format = Format::read(&mut words)?;
+    Reader::new(format.version).read(Source::text(file, words))
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Version {
-    #[default]
-    Legacy,
-    Current,
+    /// 2.0 to 2.2.
+    Two,
+    /// 4.0: a node's number beside its coordinates.
+    Four,
+    /// 4.1: the numbers of a block of nodes before their coordinates.
+    FourOne,
 }
 
-fn version(words: &mut Words) -> Result<Version, MeshError> {
-    expect(words, "$MeshFormat")?;
-    let number = words.next();
-    let version = match number.text {
-        Some("2" | "2.0" | "2.1" | "2.2") => Version::Legacy,
-        Some("4.1") => Version::Current,
-        _ => return Err(number.wrong("version 2.2 or 4.1: save it as one of these")),
-    };
-    let kind = words.next();
-    if kind.text != Some("0") {
-        return Err(kind.wrong("0, for ASCII: binary files are not supported, so save it as ASCII"));
-    }
-    words.skip_line();
-    expect(words, "$EndMeshFormat")?;
-    Ok(version)
+struct Format {
+    version: Version,
+    binary: bool,
+    /// Bytes of a `size_t`.
+    size: u64,
 }
 
-fn expect(words: &mut Words, keyword: &str) -> Result<(), MeshError> {
-    let word = words.next();
-    if word.text == Some(keyword) {
-        Ok(())
-    } else {
-        Err(word.wrong(keyword))
-    }
-}
-
-fn pass_over(words: &mut Words, section: &str) -> Result<(), MeshError> {
-    let end = section.replacen('$', "$End", 1);
-    loop {
+impl Format {
+    fn read(words: &mut Words) -> Result<Self, MeshError> {
         let word = words.next();
-        if word.get(&end)? == end {
-            return Ok(());
+        if word.text != Some("$MeshFormat") {
+            return Err(word.wrong("$MeshFormat"));
         }
+        let number = words.next();
+        let version = match number.text {
+            Some("2" | "2.0" | "2.1" | "2.2") => Version::Two,
+            Some("4" | "4.0") => Version::Four,
+            Some("4.1") => Version::FourOne,
+            _ => return Err(number.wrong("version 2.2, 4.0 or 4.1: save it as one of these")),
+        };
+        let kind = words.next();
+        let binary = match kind.text {
+            Some("0") => false,
+            Some("1") => true,
+            _ => return Err(kind.wrong("0, for text, or 1, for binary")),
+        };
+        let size = words.next();
+        // Before 4.1, the number is that of a coordinate's bytes.
+        let size = match (binary, size.text) {
+            (true, Some("4")) if version == Version::FourOne => 4,
+            (true, Some("8")) => 8,
+            (true, _) => return Err(size.wrong("8, the bytes of a number")),
+            (false, _) => 8,
+        };
+        words.skip_line();
+        Ok(Self {
+            version,
+            binary,
+            size,
+        })
     }
 }
 
-#[derive(Default)]
 struct Reader {
     version: Version,
     vertices: Vec<DVec3>,
@@ -95,116 +105,225 @@ struct Reader {
 }
 
 impl Reader {
-    fn nodes(&mut self, words: &mut Words) -> Result<(), MeshError> {
-        match self.version {
-            Version::Legacy => {
-                for _ in 0..words.next().whole("the number of nodes")? {
-                    let tag = words.next();
-                    tag.whole("the number of a node")?;
-                    let point = words.point()?;
-                    self.node(tag, point)?;
-                }
-            }
-            Version::Current => {
-                let blocks = words.next().whole("the number of blocks of nodes")?;
-                words.skip_line();
-                for _ in 0..blocks {
-                    words.next().whole("the dimension of a block of nodes")?;
-                    words.next().get("the number of an entity")?;
-                    words.next().get("whether nodes are parametric")?;
-                    let count = words.next().whole("the number of nodes in the block")?;
-                    let mut tags = Vec::new();
-                    for _ in 0..count {
-                        let tag = words.next();
-                        tag.whole("the number of a node")?;
-                        tags.push(tag);
-                    }
-                    for tag in tags {
-                        let point = words.point()?;
-                        words.skip_line();
-                        self.node(tag, point)?;
-                    }
-                }
-            }
+    fn new(version: Version) -> Self {
+        Self {
+            version,
+            vertices: Vec::new(),
+            by_tag: BTreeMap::new(),
+            tetrahedra: Vec::new(),
+            triangles: Vec::new(),
+            other_elements: 0,
+            of_higher_order: 0,
         }
-        expect(words, "$EndNodes")
     }
 
-    fn node(&mut self, tag: Word, point: DVec3) -> Result<(), MeshError> {
-        let number = tag.whole("the number of a node")?;
-        let index = self.vertices.len() as u32;
-        if self.by_tag.insert(number, index).is_some() {
-            return Err(tag.wrong("a node that was not given before"));
+    fn read(mut self, mut source: Source) -> Result<FileMesh, MeshError> {
+        end_of_section(&mut source, "$EndMeshFormat")?;
+        while let Some(section) = source.section() {
+            match section {
+                "$Nodes" => self.nodes(&mut source)?,
+                "$Elements" => self.elements(&mut source)?,
+                name if name.starts_with('$') => source.pass(&name.replacen('$', "$End", 1))?,
+                _ => return Err(source.wrong("a section, such as $Nodes")),
+            }
         }
-        self.vertices.push(point);
+        self.finish(&source)
+    }
+
+    fn nodes(&mut self, source: &mut Source) -> Result<(), MeshError> {
+        if self.version == Version::Two {
+            for _ in 0..source.written("the number of nodes")? {
+                self.tag(source, Width::Int)?;
+                self.point(source)?;
+            }
+            return end_of_section(source, "$EndNodes");
+        }
+        let blocks = self.blocks(source, "nodes")?;
+        for _ in 0..blocks {
+            // 4.0 gives the number of the entity before its dimension.
+            let numbers = match self.version {
+                Version::FourOne => [
+                    "the dimension of a block of nodes",
+                    "the number of an entity",
+                ],
+                _ => [
+                    "the number of an entity",
+                    "the dimension of a block of nodes",
+                ],
+            };
+            let first = source.int(numbers[0])?;
+            let second = source.int(numbers[1])?;
+            let dimension = if self.version == Version::FourOne {
+                first
+            } else {
+                second
+            };
+            let parametric = source.int("whether nodes are parametric")? != 0;
+            // Parameters follow the coordinates, one for each dimension of the entity.
+            let parameters = if parametric {
+                dimension.clamp(0, 3) as u64
+            } else {
+                0
+            };
+            let count = source.whole(Width::Size, "the number of nodes in the block")?;
+            if self.version == Version::FourOne {
+                for _ in 0..count {
+                    self.tag(source, Width::Size)?;
+                }
+            }
+            for _ in 0..count {
+                if self.version == Version::Four {
+                    self.tag(source, Width::Int)?;
+                }
+                self.point(source)?;
+                source.skip_rest(8 * parameters, "the parameters of a node")?;
+            }
+        }
+        end_of_section(source, "$EndNodes")
+    }
+
+    /// Counts at the start of a section of format 4; returns the number of blocks.
+    fn blocks(&self, source: &mut Source, of: &str) -> Result<u64, MeshError> {
+        let blocks = source.whole(Width::Size, &format!("the number of blocks of {of}"))?;
+        // The number of all nodes or elements; in 4.1 also their least and greatest number.
+        let others = if self.version == Version::FourOne {
+            3
+        } else {
+            1
+        };
+        source.skip_rest(
+            others * source.bytes_of(Width::Size),
+            &format!("the number of {of}"),
+        )?;
+        Ok(blocks)
+    }
+
+    /// Number of the next node. Its coordinates follow in the same order.
+    fn tag(&mut self, source: &mut Source, width: Width) -> Result<(), MeshError> {
+        let number = source.whole(width, "the number of a node")?;
+        let index = self.by_tag.len() as u32;
+        match self.by_tag.insert(number, index) {
+            None => Ok(()),
+            Some(_) => Err(source.wrong("a node that was not given before")),
+        }
+    }
+
+    fn point(&mut self, source: &mut Source) -> Result<(), MeshError> {
+        let x = source.real("the x coordinate")?;
+        let y = source.real("the y coordinate")?;
+        let z = source.real("the z coordinate")?;
+        self.vertices.push(DVec3::new(x, y, z));
         Ok(())
     }
 
-    fn elements(&mut self, words: &mut Words) -> Result<(), MeshError> {
+    fn elements(&mut self, source: &mut Source) -> Result<(), MeshError> {
         match self.version {
-            Version::Legacy => {
-                for _ in 0..words.next().whole("the number of elements")? {
-                    words.next().whole("the number of an element")?;
-                    let kind = words.next().whole("the type of an element")?;
-                    for _ in 0..words.next().whole("the number of tags")? {
-                        words.next().get("a tag")?;
-                    }
-                    self.element(kind, words)?;
+            Version::Two => self.elements_of_2(source)?,
+            Version::Four => self.elements_of_4(source, Width::Int)?,
+            Version::FourOne => self.elements_of_4(source, Width::Size)?,
+        }
+        end_of_section(source, "$EndElements")
+    }
+
+    /// Text: number, type and tags of each element. Binary: the number last, and one type, count
+    /// of elements and count of tags for several elements.
+    fn elements_of_2(&mut self, source: &mut Source) -> Result<(), MeshError> {
+        const TYPE: &str = "the type of an element";
+        const TAGS: &str = "the number of tags";
+        let count = source.written("the number of elements")?;
+        let mut read = 0;
+        while read < count {
+            if source.is_binary() {
+                let kind = source.whole(Width::Int, TYPE)?;
+                let following = source.whole(Width::Int, "the number of elements of this type")?;
+                if following == 0 || following > count - read {
+                    return Err(source.wrong(format!("from 1 to {} elements", count - read)));
                 }
-            }
-            Version::Current => {
-                let blocks = words.next().whole("the number of blocks of elements")?;
-                words.skip_line();
-                for _ in 0..blocks {
-                    words.next().whole("the dimension of a block of elements")?;
-                    words.next().get("the number of an entity")?;
-                    let kind = words.next().whole("the type of the block's elements")?;
-                    let count = words.next().whole("the number of elements in the block")?;
-                    for _ in 0..count {
-                        words.next().whole("the number of an element")?;
-                        self.element(kind, words)?;
-                    }
+                let tags = source.whole(Width::Int, TAGS)?;
+                for _ in 0..following {
+                    source.skip_rest(4 * (1 + tags), "the number and the tags of an element")?;
+                    self.element(kind, source, Width::Int)?;
                 }
+                read += following;
+            } else {
+                source.whole(Width::Int, "the number of an element")?;
+                let kind = source.whole(Width::Int, TYPE)?;
+                for _ in 0..source.whole(Width::Int, TAGS)? {
+                    source.int("a tag")?;
+                }
+                self.element(kind, source, Width::Int)?;
+                read += 1;
             }
         }
-        expect(words, "$EndElements")
+        Ok(())
+    }
+
+    fn elements_of_4(&mut self, source: &mut Source, width: Width) -> Result<(), MeshError> {
+        for _ in 0..self.blocks(source, "elements")? {
+            source.int("the dimension or the number of an entity")?;
+            source.int("the dimension or the number of an entity")?;
+            let kind = source.whole(Width::Int, "the type of the block's elements")?;
+            let count = source.whole(Width::Size, "the number of elements in the block")?;
+            for _ in 0..count {
+                source.whole(width, "the number of an element")?;
+                self.element(kind, source, width)?;
+            }
+        }
+        Ok(())
     }
 
     /// Nodes of an element. Its corners come first, whatever its order.
-    fn element(&mut self, kind: u64, words: &mut Words) -> Result<(), MeshError> {
-        match kind {
+    fn element(&mut self, kind: u64, source: &mut Source, width: Width) -> Result<(), MeshError> {
+        let corners = match kind {
             2 | 9 => {
-                let triangle = self.corners(words)?;
+                let triangle = self.corners(source, width)?;
                 self.triangles.push(triangle);
+                3
             }
             3 | 10 | 16 => {
-                let [a, b, c, d] = self.corners(words)?;
+                let [a, b, c, d] = self.corners(source, width)?;
                 self.triangles.extend([[a, b, c], [a, c, d]]);
+                4
             }
             4 | 11 => {
-                let tetrahedron = self.corners(words)?;
+                let tetrahedron = self.corners(source, width)?;
                 self.tetrahedra.push(tetrahedron);
+                4
             }
             // Points and lines are common in these files and ignored without a note.
-            1 | 8 | 15 => {}
-            _ => self.other_elements += 1,
-        }
+            1 | 8 | 15 => 0,
+            _ => {
+                self.other_elements += 1;
+                0
+            }
+        };
         self.of_higher_order += usize::from(matches!(kind, 9 | 10 | 11 | 16));
-        words.skip_line();
-        Ok(())
+        let rest = match nodes_of(kind) {
+            Some(nodes) => nodes - corners,
+            // A line of text has an end, whatever the element.
+            None if !source.is_binary() => 0,
+            None => {
+                return Err(source.wrong(format!("elements of a known type, not of type {kind}")));
+            }
+        };
+        source.skip_rest(rest * source.bytes_of(width), "the nodes of an element")
     }
 
-    fn corners<const N: usize>(&self, words: &mut Words) -> Result<[u32; N], MeshError> {
+    fn corners<const N: usize>(
+        &self,
+        source: &mut Source,
+        width: Width,
+    ) -> Result<[u32; N], MeshError> {
         let mut corners = [0; N];
         for corner in &mut corners {
-            let word = words.next();
-            let node = self.by_tag.get(&word.whole("the number of a node")?);
-            *corner = *node.ok_or_else(|| word.wrong("the number of a node in $Nodes"))?;
+            let number = source.whole(width, "the number of a node")?;
+            let node = self.by_tag.get(&number);
+            *corner = *node.ok_or_else(|| source.wrong("the number of a node in $Nodes"))?;
         }
         Ok(corners)
     }
 
-    fn finish(self, end: Word) -> Result<FileMesh, MeshError> {
+    fn finish(self, end: &Source) -> Result<FileMesh, MeshError> {
         if self.tetrahedra.is_empty() && self.triangles.is_empty() {
             return Err(end.wrong(format!(
                 "$Elements with tetrahedra or triangles ({} of other kinds are not supported)",
@@ -231,4 +350,40 @@ impl Reader {
             notes,
         ))
     }
+}
+
+fn end_of_section(source: &mut Source, keyword: &str) -> Result<(), MeshError> {
+    if source.section() == Some(keyword) {
+        Ok(())
+    } else {
+        Err(source.wrong(keyword))
+    }
+}
+
+/// Number of nodes of an element, by its type ("Node ordering" and `GmshDefines.h` of Gmsh).
+fn nodes_of(kind: u64) -> Option<u64> {
+    Some(match kind {
+        15 => 1,
+        1 => 2,
+        2 | 8 => 3,
+        3 | 4 | 26 => 4,
+        7 | 27 => 5,
+        6 | 9 | 28 => 6,
+        5 | 16 => 8,
+        10 | 20 => 9,
+        11 | 21 => 10,
+        22 => 12,
+        19 => 13,
+        14 => 14,
+        18 | 23 | 24 => 15,
+        13 => 18,
+        17 | 29 => 20,
+        25 => 21,
+        12 => 27,
+        30 => 35,
+        31 => 56,
+        92 => 64,
+        93 => 125,
+        _ => return None,
+    })
 }

@@ -20,12 +20,12 @@ pub(super) enum Detail {
 }
 
 impl Detail {
-    /// Cells along the longest side of a surface that is filled: few enough to step the body in
-    /// real time.
-    fn cells(self) -> u32 {
+    /// Cells along the longest side of a surface that is filled; by default few enough to step the
+    /// body in real time.
+    fn cells(self) -> Option<u32> {
         match self {
-            Self::Normal => mesh_file::CELLS,
-            Self::Coarse => 6,
+            Self::Normal => None,
+            Self::Coarse => Some(6),
         }
     }
 }
