@@ -12,6 +12,10 @@ use crate::{
 /// Residual above which a run is said not to be converged: strains of 1 % are seen by eye.
 const RESIDUAL: f64 = 0.01;
 
+/// Elastic energy below this fraction of the others is rounding: strains of a millionth, as positions
+/// in single precision have them, hold less.
+const ROUNDING: f64 = 1e-6;
+
 /// Warnings about the state at the end of a run, one sentence each, with what to set.
 ///
 /// A run may be accepted and have warnings: its criteria are the scene's own.
@@ -44,12 +48,16 @@ fn inverted(run: &Run) -> Option<String> {
     });
     let bodies: Vec<_> = bodies.collect();
     let more = doubled(run);
-    (!bodies.is_empty()).then(|| {
-        format!(
-            "{} inside out: {more}use fewer cells, or the effect neo_hookean, which recovers from inversion",
-            bodies.join(", ")
-        )
-    })
+    let recovers = run
+        .world
+        .bodies
+        .iter()
+        .all(|body| body.effects.neo_hookean.is_some());
+    let other = match recovers {
+        true => "fewer cells",
+        false => "fewer cells, or the effect neo_hookean, which recovers from inversion",
+    };
+    (!bodies.is_empty()).then(|| format!("{} inside out: try {more}{other}", bodies.join(", ")))
 }
 
 /// A solver that holds much less than the requested stiffness, or leaves large residuals.
@@ -57,14 +65,17 @@ fn not_converged(run: &Run) -> Option<String> {
     let last = run.history.last()?;
     let requested = last.elastic_sum();
     let held = requested - last.unresolved;
-    let is_soft = last.unresolved > (CLOSE - 1.0) * held;
-    if !is_soft && last.residual < RESIDUAL {
+    // Without load, as in free fall, the elastic energy is that of rounding.
+    let is_loaded = requested > ROUNDING * (last.kinetic + last.potential.abs());
+    let is_soft = is_loaded && last.unresolved > (CLOSE - 1.0) * held;
+    let is_off = last.residual >= RESIDUAL;
+    if !last.finite || !is_soft && !is_off {
         return None;
     }
     let found = match is_soft {
         true => format!(
-            "the solver holds {:.1} % of the elastic energy that the requested materials would store at these strains: \
-             bodies are softer than requested",
+            "the solver holds {:.1} % of the elastic energy that the requested materials would store at these strains, \
+             so that bodies are softer than requested",
             100.0 * held / requested
         ),
         false => format!(
@@ -95,7 +106,7 @@ fn remedy(run: &Run, factor: f64) -> String {
 fn doubled(run: &Run) -> String {
     let twice = run.settings.substeps.get().saturating_mul(2);
     match twice <= most_substeps(run) {
-        true => format!("try --set substeps={twice}, "),
+        true => format!("--set substeps={twice}, "),
         false => String::new(),
     }
 }

@@ -107,24 +107,17 @@ impl Scene {
         Ok(built)
     }
 
-    /// The most substeps that a body with chosen cells requires.
+    /// Chooses the substeps for bodies that were filled with cells that were chosen.
     fn choose_substeps(&self, built: &mut BuiltScene) {
-        let mut most = None;
-        let mut bodies = built.world.bodies.iter();
-        for spec in &self.bodies {
-            // Copies are alike.
-            let Some(body) = bodies.by_ref().nth(places(spec).len() - 1) else {
-                continue;
-            };
-            if !is_automatic(spec) {
-                continue;
-            }
-            let chosen = choose(body, &built.world.settings).map(|it| (it.0, &spec.name, it.1));
-            most = most.into_iter().chain(chosen).max_by_key(|it| it.0.get());
-        }
-        if let Some((substeps, name, note)) = most {
+        let mut bodies = built.world.bodies.iter().zip(&built.skins);
+        let firsts = self.bodies.iter().filter_map(|spec| {
+            // Copies are alike. Only what was filled has a skin.
+            let (body, skin) = bodies.by_ref().nth(places(spec).len() - 1)?;
+            (is_automatic(spec) && skin.is_some()).then_some(body)
+        });
+        if let Some((substeps, notes)) = choose(firsts, &built.world) {
             built.world.settings.substeps = substeps;
-            built.notes.push(format!("{name}: {note}"));
+            built.notes.extend(notes);
         }
     }
 

@@ -116,8 +116,8 @@ pub struct MeshSpec {
     /// Length of the longest side [m]; defaults to the file's numbers in meters.
     #[serde(default)]
     pub size: Option<f32>,
-    /// Lattice cells along the longest side of a filled surface; defaults to as many as its volume
-    /// needs.
+    /// Lattice cells along the longest side of a filled surface; by default 6 to 18, for at
+    /// most about 2000 particles.
     #[serde(default)]
     pub cells: Option<u32>,
     /// Whether a surface is filled with tetrahedra, or simulated as a cloth.
@@ -442,7 +442,17 @@ impl Scene {
     pub fn to_text(&self) -> Result<String, ron::Error> {
         let options = ron::Options::default()
             .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-        options.to_string_pretty(self, ron::ser::PrettyConfig::new().struct_names(true))
+        let text =
+            options.to_string_pretty(self, ron::ser::PrettyConfig::new().struct_names(true))?;
+        if !self.chooses_substeps {
+            return Ok(text);
+        }
+        // The world comes before all else that has substeps.
+        let is_substeps = |line: &&str| line.trim_start().starts_with("substeps:");
+        let place = text.lines().position(|line| is_substeps(&line));
+        let lines = text.lines().enumerate();
+        let others = lines.filter(|(index, _)| Some(*index) != place);
+        Ok(others.map(|(_, line)| format!("{line}\n")).collect())
     }
 }
 

@@ -76,9 +76,11 @@ pub fn fit(
         filled = try_with(spare, None, Treatment::Fill);
     }
     filled.or_else(|error| {
-        let (mut soft, options) = try_with(cloth, None, Treatment::Shell).map_err(|_| error)?;
-        let note = "mesh is not closed: imported as cloth".to_owned();
-        soft.notes.push(note);
+        let shell = try_with(cloth, None, Treatment::Shell);
+        let Ok((mut soft, options)) = shell else {
+            return Err(error);
+        };
+        soft.notes.push(format!("imported as cloth: {error}"));
         Ok((soft, options))
     })
 }

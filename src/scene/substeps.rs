@@ -3,17 +3,20 @@
 use super::BodySpec;
 use crate::{
     mesh::Treatment,
-    solver::{Body, Settings, Stretch, Substeps, effective::CLOSE},
+    solver::{Body, Settings, Stretch, Substeps, World, effective::CLOSE},
 };
 use serde::{Deserialize, de::IgnoredAny};
 
-/// Fewest substeps that are chosen. With 10, half of twenty shapes that were dropped from 0.6 m
-/// ended with elements inside out.
-const FEWEST: u32 = 20;
-/// Most substeps that are chosen: with 2000 particles, a tick takes a few milliseconds.
-const MOST: u32 = 40;
+/// Fewest substeps that are chosen, at [`RATE`] ticks per second. With 10, half of twenty shapes
+/// that were dropped from 0.6 m ended with elements inside out.
+const FEWEST: f64 = 20.0;
+/// Most substeps that are chosen, at [`RATE`] ticks per second: with 2000 particles, a tick takes a
+/// few milliseconds.
+const MOST: f64 = 40.0;
+/// Ticks per second of the limits.
+const RATE: f64 = 60.0;
 
-/// Whether a body's cells are chosen when it is built.
+/// Whether a body's cells are chosen if it is filled.
 pub(super) fn is_automatic(spec: &BodySpec) -> bool {
     let mesh = spec.mesh.as_ref();
     mesh.is_some_and(|mesh| mesh.cells.is_none() && mesh.treatment == Treatment::Fill)
@@ -37,34 +40,78 @@ pub(super) fn are_open(text: &str) -> bool {
     sketch.is_ok_and(|sketch| sketch.world.substeps.is_none())
 }
 
-/// Substeps per tick for a solid that was filled with tetrahedra, from 20 to 40, and a note that
-/// says so and what they are worth.
-///
-/// Estimates the excess compliance of an edge at rest: a substep moves its ends by h² (w₁ + w₂) per
-/// force, which other constraints leave uncorrected ([`effective`](crate::solver::effective)).
-/// Twenty shapes had 0.2 to 6 times this excess, half of them between 0.5 and 1.2 times.
-pub(super) fn choose(body: &Body, settings: &Settings) -> Option<(Substeps, String)> {
-    let stretch = body.effects.stretch.as_ref()?;
-    let excess = |substeps: u32| excess(body, stretch, settings.tick_seconds(), substeps);
-    let converges = |substeps: &u32| excess(*substeps) <= CLOSE - 1.0;
-    let chosen = (FEWEST..MOST).find(converges).unwrap_or(MOST);
-    let converged = match converges(&chosen) {
-        true => String::new(),
-        false => format!(
-            "; its edges will be about {:.0} times as soft as their compliance says (more substeps or a higher compliance)",
-            1.0 + excess(chosen)
-        ),
+/// Substeps per tick for bodies, of which each was filled with cells that were chosen, and a note
+/// for each: the most that any requires, from 20 to 40 at 60 ticks per second, and not below the
+/// default.
+pub(super) fn choose<'a>(
+    bodies: impl Iterator<Item = &'a Body>,
+    world: &World,
+) -> Option<(Substeps, Vec<String>)> {
+    let settings = &world.settings;
+    let bodies: Vec<_> = bodies.collect();
+    let required = bodies.iter().map(|body| required(body, settings)).max()?;
+    let resolved = world.resolved_substeps().unwrap_or(u32::MAX);
+    let chosen = required.min(resolved.max(Settings::default().substeps.get()));
+    let substeps = Substeps::new(chosen).ok()?;
+    let note = |body: &&Body| {
+        let softness = softness(body, settings, chosen);
+        format!(
+            "{}: {chosen} substeps per tick are chosen for its cells{softness}",
+            body.name
+        )
     };
-    let note = format!("{chosen} substeps per tick, chosen for its cells{converged}");
-    Some((Substeps::new(chosen).ok()?, note))
+    Some((substeps, bodies.iter().map(note).collect()))
 }
 
-/// Estimated excess of the effective over the requested compliance of the edges, relative to it.
-fn excess(body: &Body, stretch: &Stretch, tick: f64, substeps: u32) -> f64 {
-    let inverse: f64 = (body.particles.positions.iter())
-        .map(|position| f64::from(position.w))
+/// Substeps at which the edges are as stiff as requested, within the limits.
+fn required(body: &Body, settings: &Settings) -> u32 {
+    let scaled = |limit: f64| {
+        let substeps = (limit * RATE / settings.rate.get()).ceil() as u32;
+        substeps.max(Settings::default().substeps.get())
+    };
+    let (fewest, most) = (scaled(FEWEST), scaled(MOST));
+    let Some(stretch) = &body.effects.stretch else {
+        return fewest;
+    };
+    let converges = |substeps: &u32| excess(body, stretch, settings, *substeps) <= CLOSE - 1.0;
+    (fewest..most).find(converges).unwrap_or(most)
+}
+
+/// What the substeps leave of the stiffness of a body's edges, in words; empty if they suffice, or
+/// if the solver makes that up in another way.
+fn softness(body: &Body, settings: &Settings, substeps: u32) -> String {
+    let Some(stretch) = &body.effects.stretch else {
+        return String::new();
+    };
+    let excess = excess(body, stretch, settings, substeps);
+    let is_known = excess.is_finite() && excess > CLOSE - 1.0;
+    if !is_known || body.effects.direct.is_some() || settings.iterations.get() > 1 {
+        return String::new();
+    }
+    format!(
+        ", at which its edges are about {:.1} times as soft as their compliance says (more substeps or a higher \
+         compliance)",
+        1.0 + excess
+    )
+}
+
+/// Estimated excess of the effective over the requested compliance of the edges, relative to it;
+/// infinite for rigid edges.
+///
+/// A substep moves the ends of an edge by h² (w₁ + w₂) per force, which other constraints leave
+/// uncorrected ([`effective`](crate::solver::effective)). Twenty shapes at rest on the ground had
+/// 0.2 to 6 times this excess, half of them between 0.5 and 1.2 times.
+fn excess(body: &Body, stretch: &Stretch, settings: &Settings, substeps: u32) -> f64 {
+    let positions = &body.particles.positions;
+    let inverse: f64 = positions.iter().map(|position| f64::from(position.w)).sum();
+    let lengths = &body.topology.edges.rest_length;
+    let compliance: f64 = (lengths.iter())
+        .map(|length| stretch.compliance_of(*length))
         .sum();
-    let mean = inverse / body.particles.len().max(1) as f64;
-    let h = tick / f64::from(substeps);
-    2.0 * h * h * mean / f64::from(stretch.compliance.get())
+    if inverse == 0.0 || lengths.is_empty() {
+        return 0.0;
+    }
+    let h = settings.tick_seconds() / f64::from(substeps);
+    let mobility = 2.0 * inverse / positions.len() as f64;
+    h * h * mobility / (compliance / lengths.len() as f64)
 }

@@ -495,6 +495,19 @@ fn errors_of_a_binary_gmsh_file_name_the_byte() {
 }
 
 #[test]
+fn gmsh_4_0_from_windows_has_counts_of_four_bytes() {
+    let bytes = binary_gmsh("4.0", false, 4);
+    // The number at the top is that of a coordinate's bytes.
+    let text = [
+        &b"$MeshFormat\n4.0 1 8"[..],
+        &bytes["$MeshFormat\n4.0 1 4".len()..],
+    ]
+    .concat();
+    let mesh = read::bytes("a.msh", &text, &nothing).expect("a tetrahedron");
+    assert!(matches!(mesh, FileMesh::Tetrahedra(mesh) if mesh.tetrahedra == [[0, 1, 2, 3]]));
+}
+
+#[test]
 fn gmsh_4_0_is_read_as_text() {
     let text = "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Nodes\n2 4\n1 0 0 1\n7 0 0 0\n-1 2 1 3\n8 1 0 0 .5 .5\n\
         9 0 1 0 .5 .5\n10 0 0 1 .5 .5\n$EndNodes\n$Elements\n1 1\n1 3 4 1\n2 7 8 9 10\n$EndElements\n";

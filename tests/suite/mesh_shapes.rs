@@ -280,7 +280,7 @@ fn shapes_of_any_kind_are_accepted_with_the_cells_and_substeps_chosen_for_them()
             "{notes}"
         );
         assert!(
-            notes.contains("substeps per tick, chosen for its cells"),
+            notes.contains("substeps per tick are chosen for its cells"),
             "{notes}"
         );
         assert!(body.particles.len() <= 2000, "{name}: {notes}");
@@ -313,6 +313,61 @@ fn substeps_that_are_given_are_kept_and_what_they_leave_is_said() {
         "softer materials",
     ] {
         assert!(warnings.contains(part), "“{part}” is not in: {warnings}");
+    }
+    fs::remove_dir_all(&folder).expect("it was made here");
+}
+
+#[test]
+fn substeps_are_chosen_for_what_was_filled_and_no_more_is_said_than_is_known() {
+    let folder = std::env::temp_dir().join(format!("pliant-choice-{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a writable folder");
+    let star = shapes().into_iter().find(|(name, _)| *name == "star");
+    let (name, surface) = star.expect("a star");
+    // Writes the file.
+    scene(&folder, name, &surface, "");
+    let star = |world: &str, mesh: &str, effects: &str| {
+        let text = format!(
+            r#"Scene(title: "t", look_at: "l", {world} acceptance: (seconds: 1, checks: []), bodies: [(
+                name: "body", mesh: (file: "{mesh}", size: 0.5), effects: ({effects}))])"#
+        );
+        let mut scene = Scene::parse("star", &text).expect("a sound scene");
+        scene.folder.clone_from(&folder);
+        let built = scene.build().expect("a body");
+        let substeps = built.world.settings.substeps.get();
+        (substeps, built.notes.join("\n"), scene)
+    };
+    let (substeps, notes, open) = star("", "star.obj", "stretch: (), volume: ()");
+    assert_eq!(substeps, 40, "rigid edges need the most");
+    assert!(!notes.contains("times as soft"), "{notes}");
+    let again: Scene = open.to_text().expect("RON").parse().expect("a scene");
+    assert!(open.chooses_substeps && again.chooses_substeps);
+    assert_eq!(again.bodies, open.bodies);
+    let soft = "stretch: (compliance: 1e-5), volume: ()";
+    for (world, mesh, effects, substeps, is_soft) in [
+        ("", "star.obj", soft, 40, true),
+        ("", "star.obj", "neo_hookean: ()", 20, false),
+        (
+            "world: (rate: 600),",
+            "star.obj",
+            "stretch: (), volume: ()",
+            10,
+            false,
+        ),
+        ("world: (iterations: 20),", "star.obj", soft, 40, false),
+        (
+            "",
+            "star.obj",
+            "stretch: (axial_stiffness: 1e9), volume: ()",
+            40,
+            true,
+        ),
+        // A rope, and tetrahedra of a file.
+        ("", "coil", "stretch: (compliance: 1e-5)", 10, false),
+        ("", "bunny_coarse", soft, 10, false),
+    ] {
+        let (chosen, notes, _) = star(world, mesh, effects);
+        assert_eq!(chosen, substeps, "{world} {mesh} {effects}: {notes}");
+        assert_eq!(notes.contains("times as soft"), is_soft, "{notes}");
     }
     fs::remove_dir_all(&folder).expect("it was made here");
 }

@@ -69,9 +69,11 @@ pub(super) fn fill(
     let error = volume_of(&filling) / volume - 1.0;
     drop_dust(&mut filling, notes);
     keep_used(&mut filling.vertices, &mut filling.tetrahedra);
-    let chosen = match cells {
-        Some(_) => "",
-        None => ", chosen for about 2000 particles",
+    let chosen = match (cells, used) {
+        (Some(_), _) => String::new(),
+        (None, FINEST) => ", the most that are chosen".to_owned(),
+        (None, COARSEST) => ", the fewest that are chosen".to_owned(),
+        (None, _) => format!(", chosen for at most {BUDGET} particles"),
     };
     notes.push(format!(
         "filled with {used} cells along the longest side{chosen}: {}, {}, {}",

@@ -23,7 +23,15 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
             let mut ends = (0..bytes.len()).filter(|at| bytes[*at] == b'\n');
             let at = ends.nth(1).map_or(bytes.len(), |end| end + 1);
             let source = Binary::new(file, bytes, at, format.size)?;
-            return Reader::new(format.version).read(Source::Binary(source));
+            let read = Reader::new(format.version).read(Source::Binary(source));
+            if format.version != Version::Four || read.is_ok() {
+                return read;
+            }
+            // Format 4.0 has counts as wide as `unsigned long`, which has four bytes on Windows, and
+            // does not say so.
+            let source = Binary::new(file, bytes, at, 4)?;
+            let narrow = Reader::new(format.version).read(Source::Binary(source));
+            return narrow.or(read);
         }
         other => other,
     };
@@ -39,6 +47,9 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
     let format = Format::read(&mut words)?;
     Reader::new(format.version).read(Source::text(file, words))
 }
+
+/// Longest name of a section. Finding its end takes time in proportion to its length.
+const LONGEST_NAME: usize = 64;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Version {
@@ -123,7 +134,9 @@ impl Reader {
             match section {
                 "$Nodes" => self.nodes(&mut source)?,
                 "$Elements" => self.elements(&mut source)?,
-                name if name.starts_with('$') => source.pass(&name.replacen('$', "$End", 1))?,
+                name if name.starts_with('$') && name.len() <= LONGEST_NAME => {
+                    source.pass(&name.replacen('$', "$End", 1))?
+                }
                 _ => return Err(source.wrong("a section, such as $Nodes")),
             }
         }
@@ -234,7 +247,7 @@ impl Reader {
         let mut read = 0;
         while read < count {
             if source.is_binary() {
-                let kind = source.whole(Width::Int, TYPE)?;
+                let kind = element_type(source, TYPE)?;
                 let following = source.whole(Width::Int, "the number of elements of this type")?;
                 if following == 0 || following > count - read {
                     return Err(source.wrong(format!("from 1 to {} elements", count - read)));
@@ -247,7 +260,7 @@ impl Reader {
                 read += following;
             } else {
                 source.whole(Width::Int, "the number of an element")?;
-                let kind = source.whole(Width::Int, TYPE)?;
+                let kind = element_type(source, TYPE)?;
                 for _ in 0..source.whole(Width::Int, TAGS)? {
                     source.int("a tag")?;
                 }
@@ -262,7 +275,7 @@ impl Reader {
         for _ in 0..self.blocks(source, "elements")? {
             source.int("the dimension or the number of an entity")?;
             source.int("the dimension or the number of an entity")?;
-            let kind = source.whole(Width::Int, "the type of the block's elements")?;
+            let kind = element_type(source, "the type of the block's elements")?;
             let count = source.whole(Width::Size, "the number of elements in the block")?;
             for _ in 0..count {
                 source.whole(width, "the number of an element")?;
@@ -275,37 +288,31 @@ impl Reader {
     /// Nodes of an element. Its corners come first, whatever its order.
     fn element(&mut self, kind: u64, source: &mut Source, width: Width) -> Result<(), MeshError> {
         let corners = match kind {
-            2 | 9 => {
+            2 | 9 | 20..=25 => {
                 let triangle = self.corners(source, width)?;
                 self.triangles.push(triangle);
                 3
             }
-            3 | 10 | 16 => {
+            3 | 10 | 16 | 36..=39 => {
                 let [a, b, c, d] = self.corners(source, width)?;
                 self.triangles.extend([[a, b, c], [a, c, d]]);
                 4
             }
-            4 | 11 => {
+            4 | 11 | 29..=31 => {
                 let tetrahedron = self.corners(source, width)?;
                 self.tetrahedra.push(tetrahedron);
                 4
             }
             // Points and lines are common in these files and ignored without a note.
-            1 | 8 | 15 => 0,
+            1 | 8 | 15 | 26..=28 => 0,
             _ => {
                 self.other_elements += 1;
                 0
             }
         };
-        self.of_higher_order += usize::from(matches!(kind, 9 | 10 | 11 | 16));
-        let rest = match nodes_of(kind) {
-            Some(nodes) => nodes - corners,
-            // A line of text has an end, whatever the element.
-            None if !source.is_binary() => 0,
-            None => {
-                return Err(source.wrong(format!("elements of a known type, not of type {kind}")));
-            }
-        };
+        self.of_higher_order += usize::from(corners > 0 && kind > 4);
+        // A line of text has an end, whatever the element.
+        let rest = nodes_of(kind).map_or(0, |nodes| nodes - corners);
         source.skip_rest(rest * source.bytes_of(width), "the nodes of an element")
     }
 
@@ -360,6 +367,15 @@ fn end_of_section(source: &mut Source, keyword: &str) -> Result<(), MeshError> {
     }
 }
 
+/// Type of an element. In a binary file, one that is not known cannot be skipped.
+fn element_type(source: &mut Source, expected: &str) -> Result<u64, MeshError> {
+    let kind = source.whole(Width::Int, expected)?;
+    match source.is_binary() && nodes_of(kind).is_none() {
+        true => Err(source.wrong(format!("{expected} that is known"))),
+        false => Ok(kind),
+    }
+}
+
 /// Number of nodes of an element, by its type ("Node ordering" and `GmshDefines.h` of Gmsh).
 fn nodes_of(kind: u64) -> Option<u64> {
     Some(match kind {
@@ -380,6 +396,10 @@ fn nodes_of(kind: u64) -> Option<u64> {
         17 | 29 => 20,
         25 => 21,
         12 => 27,
+        36 => 16,
+        37 => 25,
+        38 => 36,
+        39 => 12,
         30 => 35,
         31 => 56,
         92 => 64,
