@@ -57,7 +57,7 @@ fn inverted(run: &Run) -> Option<String> {
         true => "fewer cells",
         false => "fewer cells, or the effect neo_hookean, which recovers from inversion",
     };
-    (!bodies.is_empty()).then(|| format!("{} inside out: try {more}{other}", bodies.join(", ")))
+    (!bodies.is_empty()).then(|| format!("{} inverted: try {more}{other}", bodies.join(", ")))
 }
 
 /// A solver that holds much less than the requested stiffness, or leaves large residuals.
@@ -94,7 +94,7 @@ fn not_converged(run: &Run) -> Option<String> {
 /// or with damping as they do.
 fn remedy(run: &Run, factor: f64) -> String {
     let substeps = (f64::from(run.settings.substeps.get()) * factor.sqrt()).ceil();
-    match substeps <= f64::from(most_substeps(run)) {
+    match substeps <= f64::from(max_substeps(run)) {
         true => format!("try --set substeps={substeps:.0}, or softer materials"),
         false => {
             "use softer materials, fewer cells, or the direct solver (effect direct)".to_owned()
@@ -105,14 +105,14 @@ fn remedy(run: &Run, factor: f64) -> String {
 /// Twice the substeps as a remedy, where they are resolved; otherwise empty.
 fn doubled(run: &Run) -> String {
     let twice = run.settings.substeps.get().saturating_mul(2);
-    match twice <= most_substeps(run) {
+    match twice <= max_substeps(run) {
         true => format!("--set substeps={twice}, "),
         false => String::new(),
     }
 }
 
 /// Largest number of substeps that is recommended.
-fn most_substeps(run: &Run) -> u32 {
+fn max_substeps(run: &Run) -> u32 {
     let resolved = run.world.resolved_substeps();
     resolved.map_or(MAX_SUBSTEPS, |most| most.min(MAX_SUBSTEPS))
 }

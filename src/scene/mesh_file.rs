@@ -17,6 +17,7 @@ use std::{ops::RangeInclusive, path::Path};
 pub const DEFAULT_SIZE: f32 = 0.6;
 /// Plausible longest sides of a mesh file, which are taken as meters [m].
 pub const PLAUSIBLE_SIZES: RangeInclusive<f64> = 0.05..=5.0;
+
 /// Young's modulus of the material [Pa]: a firm jelly. An edge of length L carries about L² of it,
 /// so its compliance is 1/(E·L).
 const YOUNG: f32 = 4e4;

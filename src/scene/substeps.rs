@@ -8,11 +8,11 @@ use crate::{
 use serde::{Deserialize, de::IgnoredAny};
 
 /// Fewest substeps that are chosen, at [`RATE`] ticks per second. With 10, half of twenty shapes
-/// that were dropped from 0.6 m ended with elements inside out.
-const FEWEST: f64 = 20.0;
+/// that were dropped from 0.6 m ended with inverted elements.
+const MIN_SUBSTEPS: f64 = 20.0;
 /// Most substeps that are chosen, at [`RATE`] ticks per second: with 2000 particles, a tick takes a
 /// few milliseconds.
-const MOST: f64 = 40.0;
+const MAX_SUBSTEPS: f64 = 40.0;
 /// Ticks per second of the limits.
 const RATE: f64 = 60.0;
 
@@ -69,12 +69,13 @@ fn required(body: &Body, settings: &Settings) -> u32 {
         let substeps = (limit * RATE / settings.rate.get()).ceil() as u32;
         substeps.max(Settings::default().substeps.get())
     };
-    let (fewest, most) = (scaled(FEWEST), scaled(MOST));
+    let (fewest, most) = (scaled(MIN_SUBSTEPS), scaled(MAX_SUBSTEPS));
     let Some(stretch) = &body.effects.stretch else {
         return fewest;
     };
-    let converges = |substeps: &u32| excess(body, stretch, settings, *substeps) <= CLOSE - 1.0;
-    (fewest..most).find(converges).unwrap_or(most)
+    // The excess decreases with their square.
+    let converged = (excess(body, stretch, settings, 1) / (CLOSE - 1.0)).sqrt();
+    (converged.ceil() as u32).clamp(fewest, most)
 }
 
 /// What the substeps leave of the stiffness of a body's edges, in words; empty if they suffice, or

@@ -308,7 +308,7 @@ fn substeps_that_are_given_are_kept_and_what_they_leave_is_said() {
     let warnings = warnings(&done).join("\n");
     for part in [
         "'star' has",
-        "tetrahedra inside out: try --set substeps=20",
+        "tetrahedra inverted: try --set substeps=20",
         "the solver holds",
         "softer materials",
     ] {

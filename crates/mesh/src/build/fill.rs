@@ -20,14 +20,14 @@ const TOLERANCE: f64 = 0.05;
 /// A filling that does not extend beyond the surface is accepted if it lacks at most this fraction
 /// of the volume.
 const GOOD: f64 = 0.02;
-/// Largest number of particles of an automatic resolution, as far as [`COARSEST`] allows. Gauss-Seidel
+/// Largest number of particles of an automatic resolution, as far as [`MIN_AUTOMATIC`] allows. Gauss-Seidel
 /// passes a displacement on by one cell per substep or iteration: fine lattices need many substeps,
 /// and invert without them.
-const BUDGET: usize = 2000;
+const MAX_PARTICLES: usize = 2000;
 /// Finest automatic resolution, for the same reason, in cells along the longest side.
-const FINEST: u32 = 18;
+const MAX_AUTOMATIC: u32 = 18;
 /// Coarsest automatic resolution.
-const COARSEST: u32 = 6;
+const MIN_AUTOMATIC: u32 = 6;
 /// Particles per cell of the lattice: those of its corners and its centers.
 const PARTICLES_PER_CELL: f64 = 2.0;
 /// Maximum distance by which the tetrahedra may extend beyond the surface, in cells. It compensates
@@ -47,7 +47,7 @@ const SHEET: f64 = 0.6;
 const SAMPLES: f64 = 24.0;
 
 /// Fills a surface with tetrahedra, with `cells` cubes along the longest side, or as many as
-/// [`BUDGET`] allows.
+/// [`MAX_PARTICLES`] allows.
 pub(super) fn fill(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
@@ -71,9 +71,9 @@ pub(super) fn fill(
     keep_used(&mut filling.vertices, &mut filling.tetrahedra);
     let chosen = match (cells, used) {
         (Some(_), _) => String::new(),
-        (None, FINEST) => ", the most that are chosen".to_owned(),
-        (None, COARSEST) => ", the fewest that are chosen".to_owned(),
-        (None, _) => format!(", chosen for at most {BUDGET} particles"),
+        (None, MAX_AUTOMATIC) => ", the most that are chosen".to_owned(),
+        (None, MIN_AUTOMATIC) => ", the fewest that are chosen".to_owned(),
+        (None, _) => format!(", chosen for at most {MAX_PARTICLES} particles"),
     };
     notes.push(format!(
         "filled with {used} cells along the longest side{chosen}: {}, {}, {}",
@@ -82,15 +82,6 @@ pub(super) fn fill(
         compared(error),
     ));
     Ok(filling)
-}
-
-/// Number of vertices that belong to a tetrahedron; the lattice has others.
-fn used_vertices(filling: &TetMesh) -> usize {
-    let mut used = vec![false; filling.vertices.len()];
-    for &vertex in filling.tetrahedra.iter().flatten() {
-        used[vertex as usize] = true;
-    }
-    used.into_iter().filter(|used| *used).count()
 }
 
 /// The volume of a filling in words, relative to that of its surface.
@@ -182,18 +173,20 @@ impl<'a> Solid<'a> {
 
     /// The finest filling within the budget of particles, with its resolution.
     fn fill_within_budget(&self, volume: f64) -> Result<(u32, TetMesh), MeshError> {
-        let inside = BUDGET as f64 / PARTICLES_PER_CELL;
+        let inside = MAX_PARTICLES as f64 / PARTICLES_PER_CELL;
         // Bodies with much surface have more particles than their volume says.
-        let mut cells = ((inside / volume).cbrt() as u32).clamp(COARSEST, FINEST);
+        let mut cells = ((inside / volume).cbrt() as u32).clamp(MIN_AUTOMATIC, MAX_AUTOMATIC);
         loop {
-            let filling = self.fill(cells, volume)?;
-            let particles = used_vertices(&filling);
-            if particles <= BUDGET || cells == COARSEST {
+            let mut filling = self.fill(cells, volume)?;
+            // The lattice has vertices of no tetrahedron.
+            keep_used(&mut filling.vertices, &mut filling.tetrahedra);
+            let particles = filling.vertices.len();
+            if particles <= MAX_PARTICLES || cells == MIN_AUTOMATIC {
                 return Ok((cells, filling));
             }
-            let excess = particles as f64 / BUDGET as f64;
+            let excess = particles as f64 / MAX_PARTICLES as f64;
             let fewer = (f64::from(cells) / excess.cbrt()) as u32;
-            cells = fewer.clamp(COARSEST, cells - 1);
+            cells = fewer.clamp(MIN_AUTOMATIC, cells - 1);
         }
     }
 

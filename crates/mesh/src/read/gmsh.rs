@@ -35,21 +35,18 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
         }
         other => other,
     };
-    let text = match decode(file, bytes) {
-        Ok(text) => text,
+    let text = decode(file, bytes).map_err(|not_text| match format {
         // A refused format says more than the byte that is no text.
-        Err(not_text) if head.starts_with("$MeshFormat") => {
-            return Err(format.err().unwrap_or(not_text));
-        }
-        Err(not_text) => return Err(not_text),
-    };
+        Err(refused) if head.starts_with("$MeshFormat") => refused,
+        _ => not_text,
+    })?;
     let mut words = Words::new(file, &text);
     let format = Format::read(&mut words)?;
     Reader::new(format.version).read(Source::text(file, words))
 }
 
 /// Longest name of a section. Finding its end takes time in proportion to its length.
-const LONGEST_NAME: usize = 64;
+const MAX_NAME_LENGTH: usize = 64;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Version {
@@ -134,7 +131,7 @@ impl Reader {
             match section {
                 "$Nodes" => self.nodes(&mut source)?,
                 "$Elements" => self.elements(&mut source)?,
-                name if name.starts_with('$') && name.len() <= LONGEST_NAME => {
+                name if name.starts_with('$') && name.len() <= MAX_NAME_LENGTH => {
                     source.pass(&name.replacen('$', "$End", 1))?
                 }
                 _ => return Err(source.wrong("a section, such as $Nodes")),
