@@ -358,6 +358,26 @@ fn a_body_is_dragged_by_the_pointer_and_let_go() {
     window.close();
 }
 
+/// Bevy drops an image that arrives after the end, and reports an error.
+#[test]
+fn films_and_pictures_are_finished_before_the_window_closes() {
+    if !can_run() {
+        return;
+    }
+    let _alone = POINTER
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut window = Window::open("jelly_cube");
+    window.wait("a second of simulation", |event| {
+        (event["event"] == "tick" && event["time"].as_f64()? > 1.0).then_some(())
+    });
+    xdotool(&["key", "F10"]);
+    // Some frames of it.
+    std::thread::sleep(Duration::from_secs(3));
+    xdotool(&["key", "--delay", "4", "shift+F12", "F12"]);
+    window.close();
+}
+
 #[test]
 fn the_compliance_slider_changes_the_component() {
     if !can_run() {

@@ -148,6 +148,13 @@ fn begin(world: &mut World) {
     }
 }
 
+/// Ends the film that is taken, if there is one.
+pub(super) fn stop(world: &mut World) {
+    if world.resource::<FilmStatus>().is_on() {
+        end(world);
+    }
+}
+
 fn end(world: &mut World) {
     let stage = std::mem::take(&mut world.resource_mut::<FilmStatus>().0);
     world.resource_mut::<SimulationClock>().film_step = None;
@@ -283,9 +290,7 @@ fn finish_with_window(world: &mut World, mut read: Local<MessageCursor<AppExit>>
     if exits == 0 {
         return;
     }
-    if world.resource::<FilmStatus>().is_on() {
-        end(world);
-    }
+    stop(world);
     let stage = std::mem::take(&mut world.resource_mut::<FilmStatus>().0);
     if let Stage::Encoding { mut encoder } = stage {
         encoder.cut();

@@ -2,23 +2,42 @@
 //! is open closes the window without saving.
 
 use super::{card::Card, save, unsaved::Baseline};
+use crate::sandbox::app::film;
 use bevy::{
     ecs::message::MessageCursor,
     prelude::*,
-    window::{ClosingWindow, PrimaryWindow, WindowCloseRequested},
+    render::view::screenshot::Screenshot,
+    window::{ClosingWindow, PrimaryWindow, RequestRedraw, WindowCloseRequested},
 };
+
+/// Frames for which a window that closes waits for pictures that were requested before.
+const PATIENCE: u32 = 300;
 
 /// Whether a script controls the window, which then closes without asking.
 #[derive(Resource, Debug, Default)]
 pub struct Scripted(pub bool);
 
-/// Closes the window when that is requested, or asks.
-pub(super) fn close(world: &mut World, mut read: Local<MessageCursor<WindowCloseRequested>>) {
+/// Closes the window when that is requested, or asks. A film ends, and pictures under way are
+/// finished first.
+pub(super) fn close(
+    world: &mut World,
+    mut read: Local<MessageCursor<WindowCloseRequested>>,
+    mut waited: Local<u32>,
+) {
     // Marked in the frame before, as Bevy itself does it.
     let closing: Vec<Entity> = world
         .query_filtered::<Entity, With<ClosingWindow>>()
         .iter(world)
         .collect();
+    if !closing.is_empty() {
+        film::stop(world);
+    }
+    let mut pictures = world.query_filtered::<(), With<Screenshot>>();
+    if !closing.is_empty() && *waited < PATIENCE && pictures.iter(world).next().is_some() {
+        *waited += 1;
+        world.write_message(RequestRedraw);
+        return;
+    }
     for window in closing {
         world.despawn(window);
     }
