@@ -21,7 +21,7 @@ impl Effect for Collide {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Collide));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::Collide)];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

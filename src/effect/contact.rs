@@ -46,7 +46,7 @@ macro_rules! contact {
             ];
 
             type State = ();
-            const STAGE: Option<Stage> = Some(Stage::$effect);
+            const STAGES: &'static [Stage] = &[Stage::$effect];
 
             fn when_added() -> Option<Self> {
                 Some(Self::default())

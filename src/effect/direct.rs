@@ -15,7 +15,7 @@ impl Effect for Direct {
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
     type State = BodyDirectWorkspace;
-    const STAGE: Option<Stage> = Some(Stage::Direct);
+    const STAGES: &'static [Stage] = &[Stage::Direct];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

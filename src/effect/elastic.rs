@@ -11,8 +11,8 @@ use crate::{
 use bevy::prelude::*;
 
 /// One iteration over the constraints of an effect.
-pub(super) const fn stage<const N: usize, const M: usize, E: Elastic<N, M>>() -> Option<Stage> {
-    Some(Stage::Elastic(E::KIND))
+pub(super) const fn stages<const N: usize, const M: usize, E: Elastic<N, M>>() -> &'static [Stage] {
+    const { &[Stage::Elastic(E::KIND)] }
 }
 
 /// Figures of the effect on a body, after a substep of `h` seconds.
@@ -97,8 +97,8 @@ pub(super) fn body_figures(kind: BodyEffectKind, body: &EntityRef, h: f32) -> Fi
 macro_rules! elastic {
     ($corners:literal, $rows:literal) => {
         type State = ();
-        const STAGE: Option<crate::solver::advance::Stage> =
-            super::elastic::stage::<$corners, $rows, Self>();
+        const STAGES: &'static [crate::solver::advance::Stage] =
+            super::elastic::stages::<$corners, $rows, Self>();
 
         fn when_added() -> Option<Self> {
             Some(Self::default())

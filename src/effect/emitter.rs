@@ -62,7 +62,7 @@ impl Effect for Emitter {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Renew);
+    const STAGES: &'static [Stage] = &[Stage::Renew];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
@@ -87,7 +87,7 @@ impl Effect for Sink {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Renew);
+    const STAGES: &'static [Stage] = &[Stage::Renew];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

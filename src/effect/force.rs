@@ -10,7 +10,7 @@ use crate::solver::{
 macro_rules! force {
     () => {
         type State = ();
-        const STAGE: Option<Stage> = Some(Stage::Force(<Self as Force>::KIND));
+        const STAGES: &'static [Stage] = &[Stage::Force(<Self as Force>::KIND)];
 
         fn when_added() -> Option<Self> {
             Some(Self::default())

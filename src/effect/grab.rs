@@ -22,7 +22,7 @@ impl Effect for Grab {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Grab));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::Grab)];
 
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
         Figures {

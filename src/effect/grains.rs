@@ -42,7 +42,7 @@ impl Effect for Grains {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Grains));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::Grains)];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

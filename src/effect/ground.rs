@@ -42,7 +42,7 @@ impl Effect for Ground {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Ground));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::Ground)];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
@@ -69,7 +69,7 @@ impl Effect for StickyGround {
     }];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::StickyGround));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::StickyGround)];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

@@ -8,7 +8,7 @@
 //! # Adding an effect
 //! The math goes into one file of [`solver::effects`](crate::solver::effects) or
 //! [`solver::contact`](crate::solver::contact), the component into one file here, with its solver
-//! [stage](Effect::STAGE), and the effect into one line of the table of
+//! [stages](Effect::STAGES), and the effect into one line of the table of
 //! [`effects!`](crate::solver::effects). A user of the crate needs only a component, [`Effect`] and
 //! [`EffectPlugin`]:
 //!

@@ -50,7 +50,7 @@ impl Effect for Plasticity {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Flow);
+    const STAGES: &'static [Stage] = &[Stage::Flow];
 
     fn when_added() -> Option<Self> {
         Some(Self::typical())

@@ -29,7 +29,7 @@ impl Effect for Pressure {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Pressure));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::Pressure)];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

@@ -102,8 +102,8 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     /// State on a body besides the parameters, added and removed with the effect. `()` for none.
     type State: Bundle + Default;
 
-    /// Stage of the solver's plan, for a built-in effect. Effects of users have systems instead.
-    const STAGE: Option<Stage> = None;
+    /// Stages of the solver's plan, for a built-in effect. Effects of users have systems instead.
+    const STAGES: &'static [Stage] = &[];
 
     /// Adds the systems of the effect to the inner schedules, each in
     /// [`EffectSystems`]`(Self::NAME)` and in the set that defines its order there; none by
@@ -177,7 +177,8 @@ pub struct EffectInfo {
     pub matters: fn(&str, &EntityRef) -> bool,
     /// Whether the systems of the effect are in the schedules.
     pub runs: bool,
-    is_planned: bool,
+    /// Number of its stages in the solver's plan.
+    planned: usize,
     add_systems: fn(&mut Schedules),
     is_carried: fn(&mut World) -> bool,
 }
@@ -232,10 +233,10 @@ impl EffectInfo {
                     .and_then(|effect| effect.note(body, settings))
             },
             runs: false,
-            is_planned: E::STAGE.is_some(),
+            planned: E::STAGES.len(),
             add_systems: |schedules| {
-                if let Some(stage) = E::STAGE {
-                    plan::add_stage(schedules, E::NAME, stage);
+                for stage in E::STAGES {
+                    plan::add_stage(schedules, E::NAME, *stage);
                 }
                 E::add_systems(schedules);
                 schedules.add_systems(
@@ -310,7 +311,7 @@ impl EffectRegistry {
     /// Number of built-in effects that some body carries.
     pub(crate) fn planned(&self) -> usize {
         let effects = self.effects.iter();
-        effects.filter(|it| it.runs && it.is_planned).count()
+        effects.filter(|it| it.runs).map(|it| it.planned).sum()
     }
 
     /// Names of all effects, for messages.
@@ -345,9 +346,9 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
         // Effects of the crate and those of users are two chains: where both act, phases order
         // them. One chain through all would contradict the phases: a user's effect is registered
         // last and acts before grabs.
-        let is_planned = E::STAGE.is_some();
+        let is_planned = !E::STAGES.is_empty();
         let mut others = registry.effects.iter().rev();
-        let before = others.find(|other| other.is_planned == is_planned);
+        let before = others.find(|other| (other.planned > 0) == is_planned);
         let before = before.map(|effect| effect.name);
         registry.effects.push(EffectInfo::of::<E>());
         if let Some(before) = before {

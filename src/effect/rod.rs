@@ -43,7 +43,7 @@ impl Effect for Rod {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Rod));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::Rod)];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

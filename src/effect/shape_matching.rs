@@ -33,7 +33,7 @@ impl Effect for ShapeMatching {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::ShapeMatching));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::ShapeMatching)];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

@@ -8,11 +8,11 @@ impl Effect for Stitches {
     const NAME: &'static str = "stitches";
     const TITLE: &'static str = "Stitches";
     const SUMMARY: &'static str =
-        "Breakable joints between points of the body, or between points and colliders.";
+        "Breakable joints between points of the body, to colliders, and to other bodies.";
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Stitches));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::Stitches), Stage::Joints];
 
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
         Figures {

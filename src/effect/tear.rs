@@ -35,7 +35,7 @@ impl Effect for Tear {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Tear);
+    const STAGES: &'static [Stage] = &[Stage::Tear];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

@@ -19,7 +19,7 @@ impl Effect for Tethers {
     )];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Tethers));
+    const STAGES: &'static [Stage] = &[Stage::Body(BodyEffectKind::Tethers)];
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

@@ -180,6 +180,7 @@ impl Stored {
             );
             world.bodies.push(body);
         }
+        check_joints(&world)?;
         for StoredGrab { body, hold, glide } in self.grabs {
             let held = world.bodies.get_mut(body as usize);
             let grab = held.and_then(|body| body.effects.grab.as_mut());
@@ -317,6 +318,23 @@ impl StoredCollider {
 
 fn nonsense(what: String) -> SnapshotError {
     SnapshotError::Content(what)
+}
+
+/// Checks that stitches to other bodies lead to particles that exist.
+fn check_joints(world: &solver::World) -> Result<(), SnapshotError> {
+    let counts: Vec<_> = world.bodies.iter().map(|it| it.particles.len()).collect();
+    for body in &world.bodies {
+        for (_, number, point) in body.stitches.intact_joints() {
+            let count = counts.get(number as usize);
+            if !count.is_some_and(|&count| point.fits(count)) {
+                return Err(nonsense(format!(
+                    "body “{}” is stitched to a particle of body {number} that does not exist",
+                    body.name
+                )));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Checks that spawn orders are ascending, one per item, and not beyond the last one.

@@ -1,8 +1,9 @@
 //! Builds a plain world from a scene, with the skins of its bodies.
 
 use super::{
-    Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, Pins, PointSpec,
-    Region, Scene, SceneError, ShapeSpec, StitchSpec, StitchTo, asset,
+    Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, Pins, Region, Scene,
+    SceneError, ShapeSpec, asset,
+    stitches::{join, roots, stitches},
     substeps::{choose, is_automatic},
 };
 use crate::{
@@ -10,8 +11,7 @@ use crate::{
     simulation::SpawnOrders,
     solver::{
         Body, Chains, Collider, ColliderMesh, ColliderShape, Effects, ParticleIndex, Pose,
-        RestShape, Stitch, StitchEnd, StitchError, Stitches, SurfacePoint, Topology, VertexIndex,
-        World,
+        RestShape, Topology, VertexIndex, World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
         quantity::finite,
@@ -98,6 +98,7 @@ impl Scene {
                 self.add(spec, mesh?, &mut built)?;
             }
         }
+        join(self, &mut built.world)?;
         if self.chooses_substeps {
             self.choose_substeps(&mut built);
         }
@@ -309,7 +310,7 @@ fn collider_look(spec: &ColliderSpec) -> Result<Look, String> {
     look.is_valid().then_some(look).ok_or_else(wrong)
 }
 
-fn wrong(spec: &BodySpec, message: String) -> SceneError {
+pub(super) fn wrong(spec: &BodySpec, message: String) -> SceneError {
     SceneError::Body {
         body: spec.name.clone(),
         message,
@@ -546,15 +547,6 @@ fn check_effects(spec: &BodySpec, topology: &Topology) -> Result<(), String> {
     }
 }
 
-/// The first `count` vertices of each chain of a body.
-fn roots(topology: &Topology, count: u32) -> Result<Vec<VertexIndex>, String> {
-    let chains = Chains::of(topology).map_err(|error| format!("Roots: {error}"))?;
-    Ok(chains
-        .roots(count)
-        .map(|particle| topology.numbering.vertex(particle))
-        .collect())
-}
-
 fn pins(
     spec: &BodySpec,
     topology: &Topology,
@@ -601,91 +593,6 @@ fn pins(
     pins.sort_unstable();
     pins.dedup();
     Ok(pins)
-}
-
-fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stitches, SceneError> {
-    let point = |spec: PointSpec| {
-        let terms = match spec {
-            PointSpec::Vertex(vertex) => vec![(vertex, 1.0)],
-            PointSpec::Triangle(corners, weights) => corners.into_iter().zip(weights).collect(),
-            PointSpec::Roots(_) => return Err("Roots are stitched to a collider".to_owned()),
-        };
-        let particle = |vertex: VertexIndex| match vertex.index() < body.particles.len() {
-            true => body.topology.numbering.particle(vertex),
-            false => ParticleIndex(vertex.0),
-        };
-        let terms: Vec<_> = terms
-            .iter()
-            .map(|&(v, weight)| (particle(v), weight))
-            .collect();
-        SurfacePoint::new(&terms).ok_or_else(|| {
-            format!("{spec:?} is not a valid point: the sum of its weights must not be zero")
-        })
-    };
-    let stitch = |it: &StitchSpec| -> Result<Stitch, String> {
-        let held = point(it.point)?;
-        let to = match it.to {
-            StitchTo::Point(other) => StitchEnd::Point(point(other)?),
-            StitchTo::Collider(number) => {
-                let count = colliders.len();
-                let Some(collider) = colliders.get((number as usize).wrapping_sub(1)) else {
-                    return Err(match count {
-                        0 => format!("unknown collider {number}: the scene has no colliders"),
-                        _ => format!("unknown collider {number}; expected 1 to {count}"),
-                    });
-                };
-                let fits = held.fits(body.particles.len());
-                let here = if fits {
-                    held.position(&body.particles.positions)
-                } else {
-                    Vec3::ZERO
-                };
-                StitchEnd::Collider {
-                    number: number - 1,
-                    place: collider.pose_at(0.0).undo(here.as_dvec3()).as_vec3(),
-                }
-            }
-        };
-        Ok(Stitch {
-            point: held,
-            to,
-            compliance: it.compliance,
-            strength: it.strength,
-            broken: false,
-        })
-    };
-    let mut all = Vec::new();
-    // The number in the file of each stitch, from 1.
-    let mut numbers = Vec::new();
-    for (number, it) in (1..).zip(&spec.stitches) {
-        let wrong = |message| wrong(spec, format!("stitch {number}: {message}"));
-        match (it.point, it.to) {
-            (PointSpec::Roots(count), StitchTo::Collider(_)) => {
-                for vertex in roots(&body.topology, count).map_err(wrong)? {
-                    let point = PointSpec::Vertex(vertex);
-                    all.push(stitch(&StitchSpec { point, ..*it }).map_err(wrong)?);
-                }
-            }
-            _ => all.push(stitch(it).map_err(wrong)?),
-        }
-        numbers.resize(all.len(), number);
-    }
-    let count = body.particles.len();
-    Stitches::new(all, count).map_err(|error| {
-        let message = match error {
-            StitchError::NoSuchParticle { stitch, .. } => format!(
-                "stitch {} refers to a vertex that the body does not have; it has {count} vertices",
-                numbers[stitch]
-            ),
-            StitchError::SharedParticle { stitch, particle } => format!(
-                "both ends of stitch {} are attached to vertex {}; use two different vertices",
-                numbers[stitch],
-                body.topology.vertex(particle.index())
-            ),
-            error => error.to_string(),
-        };
-        wrong(spec, message)
-    })
 }
 
 /// Notes about thicknesses that a mesh is too fine for.

@@ -93,7 +93,7 @@ pub struct BodySpec {
     /// Pinned vertices.
     #[serde(default)]
     pub pins: Vec<Pins>,
-    /// Points that are stitched together, or to colliders.
+    /// Points that are stitched together, to colliders, or to other bodies.
     #[serde(default)]
     pub stitches: Vec<StitchSpec>,
     /// Initial deformations, applied in order.
@@ -249,9 +249,9 @@ pub enum Pins {
     Roots(u32),
 }
 
-/// A stitch from a point of a body to another or to a collider, defined in the initial pose of the
-/// body.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A stitch from a point of a body to another, to a collider or to another body, defined in the
+/// initial pose of the body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StitchSpec {
     /// The point.
@@ -276,18 +276,22 @@ pub enum PointSpec {
     /// A point of a triangle: its corners, and their weights, which are normalized to a sum of 1.
     Triangle([VertexIndex; 3], [f32; 3]),
     /// The first vertices of each chain of a body of edges, each with a stitch of its own to a
-    /// collider; two clamp a rod.
+    /// collider or another body; two clamp a rod.
     Roots(u32),
 }
 
 /// The other end of a stitch.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum StitchTo {
     /// Another point of the body; the two are pulled together.
     Point(PointSpec),
     /// A collider of the scene, by its number from 1, at the initial position of the point.
     Collider(u32),
+    /// Another body, by its name, at the initial position of the point, which is in or on it.
+    Body(String),
+    /// A point of another body, by its name; the two are pulled together.
+    BodyPoint(String, PointSpec),
 }
 
 /// A grid of copies.

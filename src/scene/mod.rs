@@ -37,6 +37,7 @@ pub mod registry;
 pub mod run;
 pub mod save;
 mod spawn;
+mod stitches;
 mod substeps;
 
 pub use crate::simulation::{BodySkin, SceneEntity};

@@ -122,6 +122,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "coil_springs" Ropes 1.0,
     "hair" Ropes 1.2,
     "curls" Ropes 1.2,
+    "soft_head" Ropes 1.2,
     "sand_pile" Grains 1.5,
     "hourglass" Grains 1.5,
     "grains_on_cloth" Grains 1.0,

@@ -179,6 +179,50 @@ pub(super) fn forget_collider(
     }
 }
 
+/// Breaks the stitches to a removed body, and renumbers stitches to later ones.
+pub(super) fn forget_body(
+    removed: On<Remove, SoftBody>,
+    bodies: Query<(Entity, &SpawnOrder), With<SoftBody>>,
+    mut stitched: Query<&mut solver::Stitches>,
+) {
+    let Ok((_, order)) = bodies.get(removed.entity) else {
+        return;
+    };
+    if !stitched.iter().any(has_joints) {
+        return;
+    }
+    let before = bodies.iter().filter(|(_, other)| *other < order);
+    let number = before.count() as u32;
+    for mut stitches in stitched.iter_mut().filter(|it| has_joints(it)) {
+        stitches.forget_body(number);
+    }
+}
+
+fn has_joints(stitches: &solver::Stitches) -> bool {
+    let mut all = stitches.all().iter();
+    all.any(|stitch| matches!(stitch.to, solver::StitchEnd::Body { .. }))
+}
+
+/// Changes the stitches of other bodies to `body`, given its number.
+pub(super) fn follow_joints(
+    world: &mut World,
+    body: Entity,
+    change: impl Fn(&mut solver::Stitches, u32),
+) {
+    let mut stitched = world.query::<&mut solver::Stitches>();
+    if !stitched.iter(world).any(has_joints) {
+        return;
+    }
+    let mut bodies = super::plain::bodies_in_order(world).into_iter();
+    let Some(number) = bodies.position(|it| it == body) else {
+        return;
+    };
+    for mut stitches in stitched.iter_mut(world) {
+        // No change of what is stitched, which would wake the body.
+        change(stitches.bypass_change_detection(), number as u32);
+    }
+}
+
 /// Assigns an ordinal to a new body.
 pub(super) fn number_body(
     added: On<Add, SoftBody>,
@@ -192,7 +236,8 @@ pub(super) fn number_body(
 
 /// Initializes the particles of a body in the rest shape of its mesh, unless a new one came with
 /// particles. Replacing the mesh resets the state; effects, masses and pins stay. Grab and stitches
-/// are removed, as they refer to points of the previous mesh.
+/// are removed, and stitches of other bodies to it break, as they refer to points of the previous
+/// mesh.
 pub(super) fn follow_mesh(
     inserted: On<Insert, SoftBody>,
     mut commands: Commands,
@@ -227,8 +272,12 @@ pub(super) fn follow_mesh(
     if !is_new {
         *states = EffectStates::default();
         rest.0.reset();
+        let entity = inserted.entity;
         commands
-            .entity(inserted.entity)
+            .entity(entity)
             .remove::<(Asleep, Quarantined, solver::Grab, solver::Stitches)>();
+        commands.queue(move |world: &mut World| {
+            follow_joints(world, entity, solver::Stitches::break_joints);
+        });
     }
 }

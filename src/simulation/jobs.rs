@@ -5,11 +5,14 @@ use super::{
     SpawnOrder, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
-    Contact, ContactCounts, Contacts, DirectWorkspace, EffectStates, Effects, Ledger, Particles,
-    SelfContact, Stitches, Substep, Threads, WorkEstimate,
+    ContactCounts, Contacts, DirectWorkspace, EffectStates, Effects, Ledger, Particles, Stitches,
+    Substep, Threads, WorkEstimate,
     advance::{NotFinite, Stage, StepContext, Stepper, Watch},
     ledger,
-    step::together::{self, COLLIDE, GroupedBody, must_step_together},
+    step::{
+        joints::Joined,
+        together::{self, COLLIDE, GroupedBody, must_step_together},
+    },
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 use std::{mem::take, ops::Range, time::Instant};
@@ -28,21 +31,51 @@ type Parts = (
     Carried,
 );
 
-/// Bodies that are stepped, and inactive ones that others can collide with.
-type Present = (
-    With<SoftBody>,
-    Or<(
-        (Without<Asleep>, Without<Quarantined>),
-        With<Contact>,
-        With<SelfContact>,
-    )>,
-);
+/// Bodies that stitches join to others.
+#[derive(Debug, Default)]
+struct Joints {
+    /// All bodies of the world, sorted; empty if none are joined.
+    orders: Vec<SpawnOrder>,
+    joined: Joined,
+}
 
-/// A body to be stepped, or one that others can collide with.
+impl Joints {
+    fn of<'a>(stitches: impl Iterator<Item = (SpawnOrder, Option<&'a Stitches>)> + Clone) -> Self {
+        let has_joints = |it: &Stitches| it.intact_joints().next().is_some();
+        if !stitches.clone().any(|(_, it)| it.is_some_and(has_joints)) {
+            return Self::default();
+        }
+        let mut all: Vec<_> = stitches.collect();
+        all.sort_unstable_by_key(|(order, _)| *order);
+        let numbered = (0..)
+            .zip(&all)
+            .filter_map(|(number, (_, it))| Some((number, (*it)?)));
+        Self {
+            joined: Joined::of(numbered, all.len()),
+            orders: all.iter().map(|(order, _)| *order).collect(),
+        }
+    }
+
+    /// Number of a body among those of the world; `None` if none are joined.
+    fn number(&self, order: SpawnOrder) -> Option<u32> {
+        let place = self.orders.binary_search(&order).ok()?;
+        Some(place as u32)
+    }
+
+    /// Whether a body is joined to another.
+    fn contain(&self, order: SpawnOrder) -> bool {
+        let number = self.number(order);
+        number.is_some_and(|number| self.joined.contains(number))
+    }
+}
+
+/// A body to be stepped, or one that acts on others.
 struct Job<'a> {
     entity: Entity,
     order: SpawnOrder,
     is_active: bool,
+    /// Whether it is stepped together with others, if any are.
+    is_grouped: bool,
     body: Mut<'a, SoftBody>,
     particles: Mut<'a, Particles>,
     states: Mut<'a, EffectStates>,
@@ -102,6 +135,8 @@ pub struct BodyContacts {
     /// The bodies that can touch, by their places.
     bodies: Vec<Entity>,
     touching: Vec<[Entity; 2]>,
+    /// Pairs of bodies that stitches join.
+    joined: Vec<[Entity; 2]>,
 }
 
 /// A contact that pushes.
@@ -157,6 +192,11 @@ impl BodyContacts {
     pub fn touching(&self) -> &[[Entity; 2]] {
         &self.touching
     }
+
+    /// Pairs of bodies that touched or that stitches join, which sleep and wake together.
+    pub(super) fn islands(&self) -> impl Iterator<Item = [Entity; 2]> + '_ {
+        self.touching.iter().chain(&self.joined).copied()
+    }
 }
 
 /// All bodies, as a system parameter.
@@ -166,7 +206,7 @@ pub(super) struct Bodies<'w, 's> {
     threads: Res<'w, SolverThreads>,
     profile: ResMut<'w, Profile>,
     contacts: ResMut<'w, BodyContacts>,
-    bodies: Query<'w, 's, Parts, Present>,
+    bodies: Query<'w, 's, Parts, With<SoftBody>>,
     room: Local<'s, Vec<Job<'static>>>,
     outcomes: Local<'s, Vec<Outcome>>,
 }
@@ -188,7 +228,7 @@ impl Bodies<'_, '_> {
     pub fn begin(&mut self, step: &Substep, kept: Kept) {
         self.work(
             1,
-            |_, _| true,
+            |_, _, _| true,
             |stepper, context| {
                 kept.prepare(stepper);
                 stepper.begin(step, context);
@@ -211,7 +251,7 @@ impl Bodies<'_, '_> {
         let iterations = substeps.len() * context.settings.substep(0).total_iterations() as usize;
         self.work(
             iterations,
-            |_, _| true,
+            |_, _, _| true,
             |stepper, context| {
                 kept.prepare(stepper);
                 if tracked {
@@ -236,10 +276,11 @@ impl Bodies<'_, '_> {
         let has_meshes = self.current.has_meshes();
         let is_contact =
             matches!(stage, Stage::Contact | Stage::SelfContact) || stage == COLLIDE && has_meshes;
-        let has_it = |effects: &Effects, stitched| {
-            // Contacts involve all bodies that can touch, whichever of the two effects they carry.
+        let is_joint = stage == Stage::Joints;
+        let has_it = |effects: &Effects, stitched, is_joined| {
+            // Contacts and stitches between bodies involve the whole group, in the same order.
             stage.acts(effects, stitched, step.method)
-                || is_contact && effects.touches_surfaces(has_meshes)
+                || (is_contact || is_joint) && (is_joined || effects.touches_surfaces(has_meshes))
         };
         let each = |stepper: &mut Stepper, context: &StepContext| {
             stepper.stage(stage, &step, iteration, context)?;
@@ -265,7 +306,11 @@ impl Bodies<'_, '_> {
             });
             together::end(group, contacts, &step);
         };
+        let join: Together = &|group, _, context| {
+            together::solve_joints(group, &step, iteration, context);
+        };
         let together = match stage {
+            _ if is_joint => Some(join),
             _ if is_contact => Some(solve),
             Stage::Postsolve => Some(finish),
             _ => None,
@@ -275,16 +320,19 @@ impl Bodies<'_, '_> {
     }
 
     /// Runs `each`, with a work estimate for this number of iterations, on every body that is
-    /// `wanted` by its effects and by whether it has stitches; on bodies that touch, runs
-    /// `together` instead, if given.
+    /// `wanted` by its effects, by whether it has stitches, and by whether it is joined to another
+    /// body; on bodies that touch or are joined, runs `together` instead, if given.
     fn work(
         &mut self,
         iterations: usize,
-        wanted: impl Fn(&Effects, bool) -> bool,
+        wanted: impl Fn(&Effects, bool, bool) -> bool,
         each: impl Fn(&mut Stepper, &StepContext) -> Result<Ledger, NotFinite> + Sync,
         together: Option<Together>,
     ) {
         let mut jobs = reused(take(&mut *self.room));
+        let has_meshes = self.current.has_meshes();
+        let stitches = self.bodies.iter();
+        let joints = Joints::of(stitches.map(|(_, order, .., stitches, _, _)| (*order, stitches)));
         for (
             entity,
             order,
@@ -298,12 +346,19 @@ impl Bodies<'_, '_> {
             carried,
         ) in &mut self.bodies
         {
+            let is_active = !is_asleep && !is_quarantined;
+            let is_joined = joints.contain(*order);
+            if !(is_active || carried.can_touch() || is_joined) {
+                continue;
+            }
             let effects = carried.effects();
-            if wanted(&effects, stitches.as_ref().is_some_and(|it| !it.is_empty())) {
+            let is_stitched = stitches.as_ref().is_some_and(|it| !it.is_empty());
+            if wanted(&effects, is_stitched, is_joined) {
                 jobs.push(Job {
                     entity,
                     order: *order,
-                    is_active: !is_asleep && !is_quarantined,
+                    is_active,
+                    is_grouped: is_joined || effects.touches_surfaces(has_meshes),
                     body,
                     particles,
                     states,
@@ -322,17 +377,15 @@ impl Bodies<'_, '_> {
         };
         let started = Instant::now();
         let can_step_together = together.is_some();
-        let has_meshes = self.current.has_meshes();
         let together = together.filter(|_| {
             let all = jobs.iter().map(|job| (&job.effects, job.is_active));
-            must_step_together(all, has_meshes)
+            must_step_together(all, &joints.joined, has_meshes)
         });
         let alone = match together {
             None => jobs.len(),
             Some(_) => {
-                let touches = |job: &Job| job.effects.touches_surfaces(has_meshes);
-                jobs.sort_unstable_by_key(|job| (touches(job), job.order));
-                jobs.partition_point(|job| !touches(job))
+                jobs.sort_unstable_by_key(|job| (job.is_grouped, job.order));
+                jobs.partition_point(|job| !job.is_grouped)
             }
         };
         let (alone, touching) = jobs.split_at_mut(alone);
@@ -351,14 +404,14 @@ impl Bodies<'_, '_> {
                 contacts,
                 bodies,
                 touching: pairs,
+                joined,
             } = &mut *self.contacts;
-            let mut group: Vec<_> = touching
-                .iter_mut()
-                .map(|job| {
-                    let is_active = job.is_active;
-                    GroupedBody::new(job.stepper(), is_active)
-                })
-                .collect();
+            let group = (0..).zip(touching.iter_mut()).map(|(place, job)| {
+                let is_active = job.is_active;
+                let number = joints.number(job.order).unwrap_or(place);
+                GroupedBody::new(number, job.stepper(), is_active)
+            });
+            let mut group: Vec<_> = group.collect();
             together(&mut group, contacts, &context);
             let results: Vec<_> = group.into_iter().map(|it| it.result).collect();
             for (job, result) in touching.iter_mut().zip(results) {
@@ -369,10 +422,19 @@ impl Bodies<'_, '_> {
             pairs.clear();
             let entity = |place: u32| bodies[place as usize];
             pairs.extend(contacts.touching().iter().map(|pair| pair.map(entity)));
+            let entity = |number: u32| {
+                let order = joints.orders.get(number as usize)?;
+                let job = touching.iter().find(|job| job.order == *order)?;
+                Some(job.entity)
+            };
+            let all = joints.joined.pairs().iter();
+            joined.clear();
+            joined.extend(all.filter_map(|&[a, b]| Some([entity(a)?, entity(b)?])));
         } else if can_step_together {
             self.contacts.contacts.clear();
             self.contacts.bodies.clear();
             self.contacts.touching.clear();
+            self.contacts.joined.clear();
         }
         if let Some(watch) = &watch {
             self.profile.distribute(started.elapsed(), watch);

@@ -125,6 +125,7 @@ impl Plugin for SimulationPlugin {
             .add_observer(crate::effect::body_added)
             .add_observer(crate::effect::body_removed)
             .add_observer(body::complete_collider)
+            .add_observer(body::forget_body)
             .add_observer(body::forget_collider);
         schedule::configure(app, self.schedule);
         app.add_systems(

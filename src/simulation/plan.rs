@@ -79,6 +79,7 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
             }
             BodyPhase::Contact => schedules.add_systems(ContactSchedule, system),
         },
+        Stage::Joints => schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Joints)),
         Stage::Contact | Stage::SelfContact => schedules.add_systems(ContactSchedule, system),
         // Systems of their own, at the end of a tick.
         Stage::Tear | Stage::Renew => schedules,

@@ -1,7 +1,9 @@
 //! Appearance and disappearance of grains between ticks.
 
 use super::{
-    Active, AddedMass, BodyDensity, Pins, SoftBody, TickStart, body::KnownMesh, step::UnderWay,
+    Active, AddedMass, BodyDensity, Pins, SoftBody, TickStart,
+    body::{KnownMesh, follow_joints},
+    step::UnderWay,
 };
 use crate::solver::{
     DirectWorkspace, EffectStates, Emitter, Grab, Particles, Sink, Stitches, advance::Stepper,
@@ -61,20 +63,24 @@ pub(super) fn renew(
         body.known.follow(topology.id());
         body.body.0 = topology;
         body.particles.set_changed();
-        let Some(grab) = effects.grab else {
-            continue;
-        };
-        let point = renewed.point(&grab.point);
-        let mut entity = commands.entity(body.entity);
-        entity.queue(move |mut body: EntityWorldMut| match point {
-            Some(point) => {
-                if let Some(mut grab) = body.get_mut::<Grab>() {
-                    grab.bypass_change_detection().point = point;
+        let (entity, grab) = (body.entity, effects.grab);
+        commands.queue(move |world: &mut World| {
+            follow_joints(world, entity, |stitches, number| {
+                stitches.follow_renewed(number, &renewed);
+            });
+            let (Some(grab), Ok(mut body)) = (grab, world.get_entity_mut(entity)) else {
+                return;
+            };
+            match renewed.point(&grab.point) {
+                Some(point) => {
+                    if let Some(mut grab) = body.get_mut::<Grab>() {
+                        grab.bypass_change_detection().point = point;
+                    }
                 }
-            }
-            // What was grabbed has disappeared.
-            None => {
-                body.remove::<Grab>();
+                // What was grabbed has disappeared.
+                None => {
+                    body.remove::<Grab>();
+                }
             }
         });
     }

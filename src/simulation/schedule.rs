@@ -83,7 +83,9 @@ pub enum SolvePhase {
     Elastic,
     /// Constraints of users of this crate, in systems that move `Particles`.
     User,
-    /// The grab. Contacts follow in [`ContactSchedule`].
+    /// Stitches between bodies.
+    Joints,
+    /// Grabs and rods. Contacts follow in [`ContactSchedule`].
     Grab,
 }
 
@@ -133,7 +135,15 @@ pub(super) fn configure(app: &mut App, outer: impl ScheduleLabel) {
     });
     app.edit_schedule(SolveSchedule, |schedule| {
         in_order(schedule);
-        schedule.configure_sets((SolvePhase::Elastic, SolvePhase::User, SolvePhase::Grab).chain());
+        schedule.configure_sets(
+            (
+                SolvePhase::Elastic,
+                SolvePhase::User,
+                SolvePhase::Joints,
+                SolvePhase::Grab,
+            )
+                .chain(),
+        );
     });
     app.edit_schedule(ContactSchedule, in_order);
 }

@@ -486,13 +486,11 @@ pub(super) fn fall_asleep(
         group.push(rest);
     }
     pairs.clear();
-    if !contacts.touching().is_empty() {
-        let place = |entity: Entity| entities.iter().position(|it| *it == entity);
-        pairs.extend(contacts.touching().iter().filter_map(|[a, b]| {
-            let [a, b] = [place(*a)?, place(*b)?];
-            Some([a as u32, b as u32])
-        }));
-    }
+    let place = |entity: Entity| entities.iter().position(|it| *it == entity);
+    pairs.extend(contacts.islands().filter_map(|[a, b]| {
+        let [a, b] = [place(a)?, place(b)?];
+        Some([a as u32, b as u32])
+    }));
     settle(&mut group, &pairs);
     let all = bodies.iter_mut().zip(&*group);
     for ((entity, mut particles, mut start, mut timer, _, is_asleep, is_quarantined), rest) in all {

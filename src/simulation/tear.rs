@@ -2,7 +2,9 @@
 
 use super::{
     Active, AddedMass, Asleep, BodyDensity, BodySkin, Pins, RestTimer, SoftBody, TickStart,
-    action::ActionError, body::KnownMesh, step::UnderWay,
+    action::ActionError,
+    body::{KnownMesh, follow_joints},
+    step::UnderWay,
 };
 use crate::{
     mesh::Skin,
@@ -43,6 +45,7 @@ pub(super) struct Tearable {
 
 /// What follows from a split.
 struct Followed {
+    torn: Torn,
     /// Number of split particles.
     splits: usize,
     /// The point that is grabbed now.
@@ -50,6 +53,16 @@ struct Followed {
 }
 
 impl Followed {
+    /// Moves what other components refer to: the grab of the body, and stitches to it.
+    fn finish(&self, world: &mut World, body: Entity) {
+        follow_joints(world, body, |stitches, number| {
+            stitches.follow_torn(number, &self.torn);
+        });
+        if let Ok(mut body) = world.get_entity_mut(body) {
+            self.move_grab(&mut body);
+        }
+    }
+
     fn move_grab(&self, body: &mut EntityWorldMut) {
         if let (Some(mut grab), Some(point)) = (body.get_mut::<Grab>(), self.grabbed) {
             grab.bypass_change_detection().point = point;
@@ -96,6 +109,7 @@ impl TearableItem<'_, '_> {
         Some(Followed {
             splits: torn.sources.len() - before.particles(),
             grabbed: effects.grab.map(|grab| torn.point(&grab.point)),
+            torn,
         })
     }
 }
@@ -116,8 +130,8 @@ pub(super) fn tear(
                 body: body.entity,
                 splits: followed.splits,
             });
-            let mut entity = commands.entity(body.entity);
-            entity.queue(move |mut body: EntityWorldMut| followed.move_grab(&mut body));
+            let entity = body.entity;
+            commands.queue(move |world: &mut World| followed.finish(world, entity));
         }
     }
 }
@@ -145,8 +159,8 @@ pub(super) fn cut(world: &mut World, body: Entity, cut: &Cut) -> Result<(), Acti
     if let Some(followed) = followed {
         let splits = followed.splits;
         world.write_message(BodyTorn { body, splits });
+        followed.finish(world, body);
         let mut entity = world.entity_mut(body);
-        followed.move_grab(&mut entity);
         entity.remove::<Asleep>().insert(RestTimer::default());
     }
     Ok(())

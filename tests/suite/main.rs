@@ -100,6 +100,7 @@ mod solver_gradients;
 mod solver_grains;
 mod solver_ground;
 mod solver_hour;
+mod solver_joints;
 mod solver_measure;
 mod solver_membrane;
 mod solver_mesh_collider;

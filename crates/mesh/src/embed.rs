@@ -130,7 +130,10 @@ fn cells(low: IVec3, high: IVec3) -> impl Iterator<Item = IVec3> {
 
 /// Anchors of points in tetrahedra (at least one), and the number of points that are too far from
 /// all of them to be anchored in place: these are moved to the nearest corner.
-pub(super) fn embed(
+///
+/// Points and vertices are in the same unit of length.
+#[must_use]
+pub fn embed(
     points: &[DVec3],
     vertices: &[DVec3],
     tetrahedra: &[[u32; 4]],

@@ -33,6 +33,7 @@ pub use elements::{
     boundary_triangles, component_of_each, edges, largest_component, surface_volume,
     tetrahedra_volume,
 };
+pub use embed::embed;
 pub use error::MeshError;
 pub use primitive::{Diagonals, GrainRegion, MAX_PARTICLES, MAX_TETRAHEDRA, Primitive};
 pub use skin::{Anchor, Skin};

@@ -6,6 +6,7 @@
 use crate::{
     render::Drawn,
     sandbox::{render::camera::OrbitCamera, state::look::HiddenBody},
+    simulation::SpawnOrder,
     solver::{StitchEnd, Stitches},
 };
 use bevy::prelude::*;
@@ -59,15 +60,18 @@ pub(in crate::sandbox) fn painter(context: &egui::Context) -> Painter {
     context.layer_painter(LayerId::new(Order::Background, Id::new("marks")))
 }
 
-/// Draws the points of intact stitches, and lines between two points of one body.
+/// Draws the points of intact stitches, and lines between two points of bodies.
 fn paint_stitches(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
     bodies: Query<(&Stitches, &Drawn), Without<HiddenBody>>,
+    all: Query<(&SpawnOrder, &Drawn)>,
 ) -> Result {
     let painter = painter(contexts.ctx_mut()?);
     let (camera, eye) = *camera;
     let screen = Screen { camera, eye };
+    let mut sorted: Vec<_> = all.iter().collect();
+    sorted.sort_unstable_by_key(|(order, _)| **order);
     for (stitches, drawn) in &bodies {
         let (radius, edge) = match stitches.all().len() > MANY {
             true => (1.5, 0.5),
@@ -75,12 +79,16 @@ fn paint_stitches(
         };
         for stitch in stitches.all().iter().filter(|stitch| !stitch.broken) {
             let other = match &stitch.to {
-                StitchEnd::Point(other) => Some(other),
+                StitchEnd::Point(other) => Some((other, drawn)),
                 StitchEnd::Collider { .. } => None,
+                StitchEnd::Body { number, point } => {
+                    let other = sorted.get(*number as usize);
+                    other.map(|(_, drawn)| (point, *drawn))
+                }
             };
-            let ends = [Some(&stitch.point), other].map(|end| {
-                let end = end?;
-                screen.at(end.position(&drawn.particles))
+            let ends = [Some((&stitch.point, drawn)), other].map(|end| {
+                let (point, drawn) = end?;
+                screen.at(point.position(&drawn.particles))
             });
             if let [Some(from), Some(to)] = ends {
                 painter.line_segment([from, to], Stroke::new(3.5, LINE));

@@ -128,14 +128,26 @@ impl Definition {
         spec
     }
 
-    /// Numbers the colliders of stitches as they are now.
+    /// Numbers the colliders of stitches and names the bodies as they are now.
     fn renumber(&self, spec: &mut BodySpec, now: &BuiltScene, reasons: &mut Vec<String>) {
         let count = now.world.colliders.len();
         let origins: Vec<_> = (0..count).map(|index| self.origin(now, index)).collect();
         let (name, mut lost) = (&spec.name, false);
         spec.stitches.retain_mut(|stitch| {
-            let StitchTo::Collider(number) = &mut stitch.to else {
-                return true;
+            let number = match &mut stitch.to {
+                StitchTo::Point(_) => return true,
+                StitchTo::Collider(number) => number,
+                StitchTo::Body(name) | StitchTo::BodyPoint(name, _) => {
+                    let built = self.bodies.iter().find(|it| it.body.name == *name);
+                    let all = self.now(now);
+                    let of = |one: &&Now| {
+                        one.built
+                            .zip(built)
+                            .is_some_and(|(a, b)| std::ptr::eq(a, b))
+                    };
+                    let found = all.iter().find(of).map(|one| one.body.name.clone());
+                    return found.map(|found| *name = found).is_some();
+                }
             };
             let before = (*number as usize).wrapping_sub(1);
             let place = origins.iter().position(|origin| *origin == Some(before));

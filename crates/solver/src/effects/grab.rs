@@ -83,7 +83,7 @@ impl SurfacePoint {
     }
 
     /// The same in the types of the solver.
-    fn wide_terms(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
+    pub(crate) fn wide_terms(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
         let terms = self.particles.into_iter().zip(self.weights);
         let terms = terms.take(self.count as usize);
         terms.map(|(particle, weight)| (particle.index(), f64::from(weight)))

@@ -1,5 +1,6 @@
-//! Stitches: C = a − b = 0 [m], a vector, between a point of a body and another of its points, or a
-//! point on a collider.
+//! Stitches: C = a − b = 0 [m], a vector, between a point of a body and another of its points, a
+//! point of another body, or a point on a collider. Those to other bodies are solved by
+//! [`joints`](crate::step::joints), after the constraints of all bodies.
 //!
 //! A point is a particle, or a weighted mean of the corners of a triangle. The three equations have
 //! the same compliance α [m/N] and, as a and b are means of different particles, the same weight
@@ -29,6 +30,13 @@ pub enum StitchEnd {
         number: u32,
         /// Position in the local frame of the collider [m].
         place: Vec3,
+    },
+    /// A point of another body.
+    Body {
+        /// Number of the body, from 0, in the order of spawning.
+        number: u32,
+        /// Its point.
+        point: SurfacePoint,
     },
 }
 
@@ -95,7 +103,7 @@ impl Stitches {
         for (stitch, it) in all.iter().enumerate() {
             let other = match &it.to {
                 StitchEnd::Point(other) => Some(other),
-                StitchEnd::Collider { .. } => None,
+                StitchEnd::Collider { .. } | StitchEnd::Body { .. } => None,
             };
             if !it.point.fits(particles) || other.is_some_and(|other| !other.fits(particles)) {
                 return Err(StitchError::NoSuchParticle { stitch, particles });
@@ -139,8 +147,25 @@ impl Stitches {
         let intact = self.all.iter().filter(|stitch| !stitch.broken);
         intact.filter_map(|stitch| match stitch.to {
             StitchEnd::Point(other) => Some([stitch.point, other]),
-            StitchEnd::Collider { .. } => None,
+            StitchEnd::Collider { .. } | StitchEnd::Body { .. } => None,
         })
+    }
+
+    /// The point of the body, the number of the other body and its point, of each intact stitch to
+    /// another body.
+    pub fn intact_joints(&self) -> impl Iterator<Item = (SurfacePoint, u32, SurfacePoint)> + '_ {
+        let intact = self.all.iter().filter(|stitch| !stitch.broken);
+        intact.filter_map(|stitch| match stitch.to {
+            StitchEnd::Body { number, point } => Some((stitch.point, number, point)),
+            StitchEnd::Point(_) | StitchEnd::Collider { .. } => None,
+        })
+    }
+
+    /// The stitches, with λ of each.
+    pub(crate) fn with_lambdas(&mut self) -> impl Iterator<Item = (&mut Stitch, &mut DVec3)> {
+        // Deserialized stitches have none yet.
+        self.lambdas.resize(self.all.len(), DVec3::ZERO);
+        self.all.iter_mut().zip(&mut self.lambdas)
     }
 
     /// Number of broken stitches.
@@ -154,7 +179,7 @@ impl Stitches {
     pub fn are_pulled(&self, colliders: &[SweptCollider]) -> bool {
         let mut held = self.all.iter().filter(|stitch| !stitch.broken);
         held.any(|stitch| match stitch.to {
-            StitchEnd::Point(_) => false,
+            StitchEnd::Point(_) | StitchEnd::Body { .. } => false,
             StitchEnd::Collider { number, .. } => {
                 let collider = colliders.get(number as usize);
                 collider.is_some_and(SweptCollider::moves)
@@ -170,6 +195,25 @@ impl Stitches {
                 stitch.broken |= *number == gone;
                 *number -= u32::from(*number > gone);
             }
+        }
+    }
+
+    /// Updates stitches when body number `gone` is removed: those to it break, and higher numbers
+    /// decrease by one.
+    pub fn forget_body(&mut self, gone: u32) {
+        for stitch in &mut self.all {
+            if let StitchEnd::Body { number, .. } = &mut stitch.to {
+                stitch.broken |= *number == gone;
+                *number -= u32::from(*number > gone);
+            }
+        }
+    }
+
+    /// Breaks the stitches to body number `other`, whose mesh was replaced.
+    pub fn break_joints(&mut self, other: u32) {
+        for stitch in &mut self.all {
+            let joins = matches!(stitch.to, StitchEnd::Body { number, .. } if number == other);
+            stitch.broken |= joins;
         }
     }
 
@@ -201,9 +245,7 @@ impl BodyEffect for Stitching {
     fn solve(&self, stitches: &mut Stitches, mut part: Part, pass: &BodyPass) -> bool {
         let square = f64::from(pass.h) * f64::from(pass.h);
         let (iteration, iterations) = pass.iteration;
-        // Deserialized stitches have none yet.
-        stitches.lambdas.resize(stitches.all.len(), DVec3::ZERO);
-        for (stitch, lambda) in stitches.all.iter_mut().zip(&mut stitches.lambdas) {
+        for (stitch, lambda) in stitches.with_lambdas() {
             if iteration == 0 {
                 *lambda = DVec3::ZERO;
             }
@@ -218,6 +260,7 @@ impl BodyEffect for Stitching {
                         None => continue,
                     }
                 }
+                StitchEnd::Body { .. } => continue,
             };
             let weight = stitch.point.inverse_mass(part.positions)
                 + other.map_or(0.0, |other| other.inverse_mass(part.positions));
@@ -261,6 +304,7 @@ impl BodyEffect for Stitching {
                     Some(collider) => fixed = collider.to.apply(place.as_dvec3()),
                     None => continue,
                 },
+                StitchEnd::Body { .. } => continue,
             }
             let terms = ends.iter().flat_map(|&(point, sign)| {
                 let terms = point.terms();

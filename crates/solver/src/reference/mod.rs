@@ -10,7 +10,7 @@
 //!
 //! **Shared** with it are the equations of elastic effects ([rows](crate::elastic::Elastic::rows),
 //! which kernels do not use), forces, positions of grabs, shape matching, volume and gradients for
-//! pressure, the nearest pins of tethers, poses of colliders, contacts between bodies, and repair.
+//! pressure, the nearest pins of tethers, poses of colliders, contacts and stitches between bodies, and repair.
 //! An error in these affects both equally, so they are tested against finite differences and closed
 //! forms.
 
@@ -29,7 +29,10 @@ use crate::{
     },
     force::Moment,
     method::Averaging,
-    step::together::must_step_together,
+    step::{
+        joints::{self, Joined},
+        together::must_step_together,
+    },
 };
 use glam::DVec3;
 use std::sync::Arc;
@@ -57,6 +60,8 @@ pub struct World {
 /// A body in f64.
 #[derive(Debug, Clone)]
 pub struct Body {
+    /// Number of the body in its world, from 0.
+    number: u32,
     /// Constraints, rest values and rest positions.
     pub topology: Arc<Topology>,
     /// Positions x [m].
@@ -121,7 +126,13 @@ impl World {
     pub fn of(world: &crate::World) -> Self {
         Self {
             settings: world.settings,
-            bodies: world.bodies.iter().map(Body::of).collect(),
+            bodies: (0..)
+                .zip(&world.bodies)
+                .map(|(number, body)| Body {
+                    number,
+                    ..Body::of(body)
+                })
+                .collect(),
             colliders: world.colliders.clone(),
             time: world.time,
             keeps_multipliers: false,
@@ -165,9 +176,12 @@ impl World {
         for index in 0..substeps {
             self.substep(&self.settings.substep(index));
         }
-        for body in &mut self.bodies {
-            body.tear(&self.settings);
-            body.renew(&self.settings);
+        for place in 0..self.bodies.len() {
+            let torn = self.bodies[place].tear(&self.settings);
+            let renewed = self.bodies[place].renew(&self.settings);
+            let all = self.bodies.iter_mut();
+            let all = all.map(|body| &mut body.states.stitches.0);
+            joints::follow(all, place as u32, torn.as_ref(), renewed.as_ref());
         }
         for grab in self
             .bodies
@@ -199,7 +213,10 @@ impl World {
         for body in &mut *bodies {
             body.h = whole;
         }
-        let touch = must_step_together(bodies.iter().map(|body| (&body.effects, true)), has_meshes);
+        let of_bodies = bodies.iter().map(|body| (body.number, body.stitches()));
+        let joined = Joined::of(of_bodies, bodies.len());
+        let effects = bodies.iter().map(|body| (&body.effects, true));
+        let touch = must_step_together(effects, &joined, has_meshes);
         if touch {
             contacts.begin(bodies, &colliders, step, &Threads::default());
         }
@@ -214,7 +231,7 @@ impl World {
             is_anew: iteration == 0 && !*keeps_multipliers,
         };
         for (place, body) in bodies.iter_mut().enumerate() {
-            let is_near = touch && contacts.is_near(place);
+            let is_near = touch && contacts.is_near(place) || joined.contains(body.number);
             if step.index == 0 {
                 body.check_damage(settings);
             }
@@ -243,7 +260,10 @@ impl World {
                 let pass = pass(body.h, iteration);
                 body.iterate(step, pass.compliant, iteration, pass.is_anew);
                 body.solve_effects(BodyPhase::Iteration, &pass);
-                body.solve_effects(BodyPhase::IterationEnd, &pass);
+            }
+            joints::solve(bodies, step, iteration);
+            for body in &mut *bodies {
+                body.solve_effects(BodyPhase::IterationEnd, &pass(body.h, iteration));
             }
             for _ in 0..step.contacts_after(iteration) {
                 if touch {
@@ -288,6 +308,7 @@ impl Body {
         let particles = &body.particles;
         let each = 0..particles.len();
         let mut own = Self {
+            number: 0,
             topology: Arc::clone(&body.topology),
             x: each.clone().map(|i| particles.position(i)).collect(),
             p: each

@@ -41,8 +41,16 @@ impl Tangible for Body {
         &self.effects
     }
 
+    fn number(&self) -> u32 {
+        self.number
+    }
+
     fn stitches(&self) -> &Stitches {
         Self::stitches(self)
+    }
+
+    fn stitches_mut(&mut self) -> &mut Stitches {
+        &mut self.states.stitches.0
     }
 
     fn takes_part(&self) -> bool {

@@ -1,27 +1,23 @@
 //! Appearance and disappearance of grains in the reference, by the plan of the fast solver.
 
 use super::Body;
-use crate::{Settings, masses::set_inverse_masses};
+use crate::{Settings, masses::set_inverse_masses, topology::Renewed};
 use glam::{DVec3, Vec4};
+use std::sync::Arc;
 
 impl Body {
-    /// Adds and removes grains at the end of a tick.
-    pub(super) fn renew(&mut self, settings: &Settings) {
+    /// Adds and removes grains at the end of a tick; returns what has become of its particles, if
+    /// there were any changes.
+    pub(super) fn renew(&mut self, settings: &Settings) -> Option<Renewed> {
         let effects = self.effects;
-        let Some(renewing) = effects.renewing() else {
-            return;
-        };
+        let renewing = effects.renewing()?;
         if self.topology.radii.is_empty() {
-            return;
+            return None;
         }
         let at = |i: usize| self.x[i];
         let radii = &self.topology.radii;
-        let Some(renewal) = renewing.end_tick(&mut self.emission, radii, at, settings) else {
-            return;
-        };
-        let Ok(renewed) = self.topology.renewed(&renewal) else {
-            return;
-        };
+        let renewal = renewing.end_tick(&mut self.emission, radii, at, settings)?;
+        let renewed = self.topology.renewed(&renewal).ok()?;
         let moved = |column: &mut Vec<DVec3>, births: &mut dyn Iterator<Item = DVec3>| {
             let old = std::mem::take(column);
             column.extend(renewal.kept.iter().map(|&i| old[i as usize]));
@@ -50,7 +46,7 @@ impl Body {
         });
         let mut stitches = std::mem::take(&mut self.states.stitches);
         stitches.0.renew(&renewed);
-        self.topology = renewed.topology;
+        self.topology = Arc::clone(&renewed.topology);
         self.states = super::ReferenceStates {
             stitches,
             ..super::ReferenceStates::default()
@@ -60,5 +56,6 @@ impl Body {
         self.past = super::Past::default();
         let effects = self.effects;
         self.carry(&effects);
+        Some(renewed)
     }
 }

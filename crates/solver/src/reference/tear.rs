@@ -5,9 +5,10 @@ use crate::{
     Density, Mass, Settings, TearState, VertexIndex,
     effects::{rod, tear::Strained},
     masses::set_inverse_masses,
+    topology::Torn,
 };
 use glam::Vec4;
-use std::borrow::Cow;
+use std::{borrow::Cow, sync::Arc};
 
 /// What determines the masses of a body.
 #[derive(Debug, Clone, Default)]
@@ -18,11 +19,10 @@ pub(super) struct Masses {
 }
 
 impl Body {
-    /// Tears the body at the end of a tick, where it is above its limits.
-    pub(super) fn tear(&mut self, settings: &Settings) {
-        let Some(tear) = self.effects.tear else {
-            return;
-        };
+    /// Tears the body at the end of a tick, where it is above its limits; returns what has become
+    /// of its particles, if it was torn.
+    pub(super) fn tear(&mut self, settings: &Settings) -> Option<Torn> {
+        let tear = self.effects.tear?;
         let lambdas = |kind| {
             let column: &Vec<f64> = &self.lambdas[kind as usize];
             Cow::Owned(column.iter().map(|&lambda| lambda as f32).collect())
@@ -36,9 +36,7 @@ impl Body {
             rod: &rod,
             h: settings.method.compliant_seconds(self.h),
         };
-        let Some(torn) = tear.split(&mut TearState::default(), &strained) else {
-            return;
-        };
+        let torn = tear.split(&mut TearState::default(), &strained)?;
         let segments = rod::torn(self.states.rod.segments(), &self.topology, &torn);
         for column in [&mut self.x, &mut self.p, &mut self.from, &mut self.v] {
             let old = std::mem::take(column);
@@ -57,7 +55,7 @@ impl Body {
         }
         let mut stitches = std::mem::take(&mut self.states.stitches);
         stitches.0.follow(&torn);
-        self.topology = torn.topology;
+        self.topology = Arc::clone(&torn.topology);
         self.states = super::ReferenceStates {
             stitches,
             rod: crate::RodState::resumed(&self.topology, &segments),
@@ -68,5 +66,6 @@ impl Body {
         self.past = super::Past::default();
         let effects = self.effects;
         self.carry(&effects);
+        Some(torn)
     }
 }

@@ -61,7 +61,12 @@ impl Stage {
         match self {
             // Not a task on pieces: kernels borrow rest values while tasks run. Contacts of bodies
             // act between tasks.
-            Self::Flow | Self::Tear | Self::Renew | Self::Contact | Self::SelfContact => [None; 4],
+            Self::Flow
+            | Self::Tear
+            | Self::Renew
+            | Self::Contact
+            | Self::SelfContact
+            | Self::Joints => [None; 4],
             _ if !self.acts(effects, stitched, step.method) => [None; 4],
             Self::Force(kind) => single(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {

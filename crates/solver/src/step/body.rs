@@ -9,7 +9,7 @@ use crate::{
         masses::{Masses, set_inverse_masses},
         renew::Attached,
     },
-    topology::Torn,
+    topology::{Renewed, Torn},
 };
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
@@ -153,21 +153,22 @@ impl Body {
         }
     }
 
-    /// Tears the body where it is above its limits, at the end of a tick; returns whether it was
-    /// torn.
-    pub fn tear(&mut self, settings: &crate::Settings) -> bool {
+    /// Tears the body where it is above its limits, at the end of a tick; returns what has become of
+    /// its particles, if it was torn.
+    pub fn tear(&mut self, settings: &crate::Settings) -> Option<Torn> {
         self.split(|stepper, masses, start| stepper.tear(masses, start, settings))
     }
 
     /// Cuts the body between ticks; returns whether the cut hit it.
     pub fn cut(&mut self, cut: &crate::Cut) -> bool {
         self.split(|stepper, masses, start| stepper.cut(cut, masses, start))
+            .is_some()
     }
 
     fn split(
         &mut self,
         by: impl FnOnce(&mut Stepper, Masses, &mut Particles) -> Option<Torn>,
-    ) -> bool {
+    ) -> Option<Torn> {
         let (mut start, added, pins) = (
             std::mem::take(&mut self.tick_start),
             std::mem::take(&mut self.added_mass),
@@ -183,11 +184,12 @@ impl Body {
         if let (Some(torn), Some(grab)) = (&torn, &mut self.effects.grab) {
             grab.point = torn.point(&grab.point);
         }
-        torn.is_some()
+        torn
     }
 
-    /// Adds and removes grains at the end of a tick; returns whether there were any changes.
-    pub fn renew(&mut self, settings: &crate::Settings) -> bool {
+    /// Adds and removes grains at the end of a tick; returns what has become of the particles, if
+    /// there were any changes.
+    pub fn renew(&mut self, settings: &crate::Settings) -> Option<Renewed> {
         let (mut start, mut added, mut pins) = (
             std::mem::take(&mut self.tick_start),
             std::mem::take(&mut self.added_mass),
@@ -210,7 +212,7 @@ impl Body {
                 None => self.effects.grab = None,
             }
         }
-        renewed.is_some()
+        renewed
     }
 
     /// Ends a tick of `seconds` under gravity [m/s²]; returns whether the body has been at rest for

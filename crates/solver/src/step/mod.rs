@@ -4,6 +4,7 @@ pub mod advance;
 pub mod body;
 pub mod executor;
 pub mod history;
+pub mod joints;
 pub mod kernels;
 pub mod masses;
 pub mod method;

@@ -98,11 +98,27 @@ impl Stitches {
             let point = renewed.point(&stitch.point);
             let other = match &stitch.to {
                 StitchEnd::Point(other) => renewed.point(other).map(StitchEnd::Point),
-                end @ StitchEnd::Collider { .. } => Some(*end),
+                end @ (StitchEnd::Collider { .. } | StitchEnd::Body { .. }) => Some(*end),
             };
             let both = point.zip(other);
             both.inspect(|both| (stitch.point, stitch.to) = *both)
                 .is_some()
         });
+    }
+
+    /// Moves the stitches of other bodies to body number `other` to its particles after it was
+    /// renewed; those of grains that have disappeared break.
+    pub fn follow_renewed(&mut self, other: u32, renewed: &Renewed) {
+        for stitch in self.all_mut() {
+            match &mut stitch.to {
+                StitchEnd::Body { number, point } if *number == other => {
+                    match renewed.point(point) {
+                        Some(moved) => *point = moved,
+                        None => stitch.broken = true,
+                    }
+                }
+                _ => {}
+            }
+        }
     }
 }

@@ -12,7 +12,7 @@
 //! rotational energy is added, so that the stability of the method does not change.
 //!
 //! A body is free in a substep if it has no pins and no grab, touches nothing, is not stitched to a
-//! collider, and only uniform forces act on it. Otherwise it is stepped as without this option. The
+//! collider or another body, and only uniform forces act on it. Otherwise it is stepped as without this option. The
 //! cost is two passes over the particles, in `f64`, on one thread.
 
 use crate::{
@@ -56,11 +56,11 @@ impl Stepper<'_> {
 
 /// Whether only gravity and internal forces can act on a body that touches nothing.
 pub(crate) fn is_free(effects: &Effects, stitches: &Stitches) -> bool {
-    let is_collider = |end: StitchEnd| matches!(end, StitchEnd::Collider { .. });
+    let is_outside = |end: StitchEnd| !matches!(end, StitchEnd::Point(_));
     let stitched = stitches
         .all()
         .iter()
-        .any(|it| !it.broken && is_collider(it.to));
+        .any(|it| !it.broken && is_outside(it.to));
     let mut forces = ForceKind::ALL.into_iter();
     let forced = forces.any(|kind| kind != ForceKind::Uniform && effects.has_force(kind));
     effects.grab.is_none() && !stitched && !forced

@@ -23,6 +23,9 @@ pub enum Stage {
     Contact,
     /// Contact of the body with itself.
     SelfContact,
+    /// Stitches to other bodies, after the constraints of all bodies and before grabs and rods. They
+    /// are left to [`together`](super::together).
+    Joints,
     /// Velocities are derived from positions.
     Postsolve,
     /// Plastic flow.
@@ -146,6 +149,7 @@ impl Stage {
             Self::Direct => "direct",
             Self::Contact => "contact",
             Self::SelfContact => "self_contact",
+            Self::Joints => Self::Body(BodyEffectKind::Stitches).name(),
             Self::Postsolve => "postsolve",
             Self::Flow => "plasticity",
             Self::Tear => "tear",
@@ -194,6 +198,11 @@ impl Solve {
 }
 
 impl Stage {
+    /// Whether it follows [`Joints`](Self::Joints) in an iteration.
+    pub(crate) fn is_after_joints(self) -> bool {
+        matches!(self, Self::Body(kind) if kind.phase() == BodyPhase::IterationEnd)
+    }
+
     /// Whether it affects a body with these effects, with or without stitches, under a method.
     #[must_use]
     pub fn acts(self, effects: &Effects, stitched: bool, method: Method) -> bool {
@@ -210,8 +219,8 @@ impl Stage {
             Self::Contact => effects.contact.is_some(),
             Self::SelfContact => effects.self_contact.is_some(),
             Self::Flow => effects.plasticity.is_some(),
-            // They act between ticks.
-            Self::Tear | Self::Renew => false,
+            // They act between bodies, or between ticks.
+            Self::Joints | Self::Tear | Self::Renew => false,
         }
     }
 }

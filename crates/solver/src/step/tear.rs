@@ -131,4 +131,14 @@ impl Stitches {
             }
         }
     }
+
+    /// Moves the stitches of other bodies to body number `other` to its points after it was torn.
+    pub fn follow_torn(&mut self, other: u32, torn: &Torn) {
+        for stitch in self.all_mut() {
+            match &mut stitch.to {
+                StitchEnd::Body { number, point } if *number == other => *point = torn.point(point),
+                _ => {}
+            }
+        }
+    }
 }

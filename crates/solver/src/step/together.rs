@@ -6,6 +6,8 @@
 //!   every body: forces, first stage
 //!   for each iteration
 //!     every body: its constraints
+//!     stitches between bodies
+//!     every body: grabs and rods
 //!     contacts between bodies, contacts of bodies with themselves; every body: ground, colliders
 //!   contacts: cut motion that would cross
 //!   every body: last stage
@@ -17,6 +19,7 @@
 
 use super::{
     advance::{NotFinite, Stage, StepContext, Stepper},
+    joints::{self, Joined},
     stage::Solve,
     substep::Substep,
 };
@@ -35,21 +38,24 @@ use std::ops::Range;
 pub struct GroupedBody<'a> {
     /// The body.
     pub body: Stepper<'a>,
+    /// Number of the body among those of the world, from 0.
+    pub number: u32,
     /// Whether it is stepped; a sleeping one is only an obstacle.
     pub is_stepped: bool,
     /// Energy ledger of the substeps, empty unless it is tracked, or the failure.
     pub result: Result<Ledger, NotFinite>,
     tracker: Option<Box<EnergyTracker>>,
-    /// Whether another surface is near in the current substep.
+    /// Whether another surface is near in the current substep, or a stitch joins it to another body.
     is_near: bool,
 }
 
 impl<'a> GroupedBody<'a> {
-    /// For a body that is stepped or not.
+    /// For the body with this number, which is stepped or not.
     #[must_use]
-    pub fn new(body: Stepper<'a>, is_stepped: bool) -> Self {
+    pub fn new(number: u32, body: Stepper<'a>, is_stepped: bool) -> Self {
         Self {
             body,
+            number,
             is_stepped,
             result: Ok(Ledger::default()),
             tracker: None,
@@ -83,7 +89,15 @@ impl Tangible for GroupedBody<'_> {
         self.body.effects
     }
 
+    fn number(&self) -> u32 {
+        self.number
+    }
+
     fn stitches(&self) -> &Stitches {
+        self.body.stitches
+    }
+
+    fn stitches_mut(&mut self) -> &mut Stitches {
         self.body.stitches
     }
 
@@ -140,13 +154,17 @@ impl Tangible for GroupedBody<'_> {
 }
 
 /// Whether bodies must be stepped together, given their effects and whether they are stepped: two
-/// with contact between bodies, one with self-contact, a rigid one, or one that collides in a world
-/// where a collider is a mesh.
+/// with contact between bodies, one with self-contact, a rigid one, one that collides in a world
+/// where a collider is a mesh, or those that stitches join.
 #[must_use]
 pub fn must_step_together<'a>(
     bodies: impl Iterator<Item = (&'a Effects, bool)>,
+    joined: &Joined,
     has_meshes: bool,
 ) -> bool {
+    if !joined.is_empty() {
+        return true;
+    }
     let (mut others, mut is_any_stepped) = (0, false);
     let (mut touches_itself, mut touches_meshes, mut is_any_rigid) = (false, false, false);
     for (effects, is_stepped) in bodies {
@@ -177,9 +195,25 @@ pub fn advance(
         let step = context.settings.substep(index);
         predict(bodies, contacts, &step, context);
         for iteration in 0..step.total_iterations() {
-            each(bodies, context, |it, context| {
-                iterate(it, &step, iteration, context)
-            });
+            if has_joints(bodies) {
+                each(bodies, context, |it, context| {
+                    iterate(
+                        it,
+                        |stage| !stage.is_after_joints(),
+                        &step,
+                        iteration,
+                        context,
+                    );
+                });
+                solve_joints(bodies, &step, iteration, context);
+                each(bodies, context, |it, context| {
+                    iterate(it, Stage::is_after_joints, &step, iteration, context);
+                });
+            } else {
+                each(bodies, context, |it, context| {
+                    iterate(it, |_| true, &step, iteration, context);
+                });
+            }
             for _ in 0..step.contacts_after(iteration) {
                 solve(bodies, contacts, Stage::Contact, context);
                 solve(bodies, contacts, Stage::SelfContact, context);
@@ -303,21 +337,29 @@ fn kinetic_change(
     }
 }
 
-/// The constraints of an iteration.
-fn iterate(it: &mut GroupedBody, step: &Substep, iteration: u32, context: &StepContext) {
+/// The constraints of an iteration in the stages that are `wanted`.
+fn iterate(
+    it: &mut GroupedBody,
+    wanted: fn(Stage) -> bool,
+    step: &Substep,
+    iteration: u32,
+    context: &StepContext,
+) {
     it.work(|body, tracker| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        let mut stages = solve.constraints().filter(move |stage| wanted(*stage));
         if let Some(tracker) = tracker {
-            let mut stages = solve.constraints();
             return stages
                 .try_for_each(|stage| tracker.stage(body, stage, step, iteration, context));
         }
-        body.stages(
-            solve.constraints().map(|stage| (stage, iteration)),
-            step,
-            context,
-        )
+        body.stages(stages.map(|stage| (stage, iteration)), step, context)
     });
+}
+
+/// Whether an intact stitch leads to another body.
+fn has_joints(bodies: &[GroupedBody]) -> bool {
+    let joins = |it: &GroupedBody| it.stitches().intact_joints().next().is_some();
+    bodies.iter().any(joins)
 }
 
 /// Ground and collider passes after an iteration.
@@ -352,11 +394,28 @@ fn find_near(
     timed(context, Stage::Contact, || {
         contacts.begin(bodies, context.swept.of(step.index), step, context.threads)
     });
-    let is_second_order = context.settings.order.get() > 1;
-    for (place, it) in bodies.iter_mut().enumerate() {
-        it.is_near = is_second_order && contacts.is_near(place);
+    if context.settings.order.get() > 1 {
+        let all = bodies.iter();
+        let joined = Joined::of(all.map(|it| (it.number, it.stitches())), usize::MAX);
+        for (place, it) in bodies.iter_mut().enumerate() {
+            it.is_near = contacts.is_near(place) || joined.contains(it.number);
+        }
     }
 }
+
+/// A pass over the stitches between bodies.
+pub fn solve_joints(
+    bodies: &mut [GroupedBody],
+    step: &Substep,
+    iteration: u32,
+    context: &StepContext,
+) {
+    timed(context, STITCHES, || joints::solve(bodies, step, iteration));
+    credit(bodies, Cause::Elastic);
+}
+
+/// Stage of stitches.
+pub const STITCHES: Stage = Stage::Body(BodyEffectKind::Stitches);
 
 /// Stage of contacts with colliders.
 pub const COLLIDE: Stage = Stage::Body(BodyEffectKind::Collide);

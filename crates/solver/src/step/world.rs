@@ -3,6 +3,7 @@
 
 use super::{
     body::{CONTACT, restore_at_rest},
+    joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
 };
 use crate::{
@@ -72,40 +73,58 @@ impl World {
             }
         }
         let has_meshes = swept.has_meshes();
+        let stitches = (0..).zip(bodies.iter().map(|body| &body.stitches));
+        let joined = Joined::of(stitches, bodies.len());
         let all = bodies.iter().map(|body| (&body.effects, body.is_active()));
-        let together = must_step_together(all, has_meshes);
-        let is_alone = |body: &Body| {
-            body.is_active() && !(together && body.effects.touches_surfaces(has_meshes))
-        };
-        let step = |body: &mut Body, threads: &Threads| {
+        let together = must_step_together(all, &joined, has_meshes);
+        let step = |body: &mut Body, is_grouped: bool, threads: &Threads| {
             body.begin_tick();
-            if is_alone(body) {
+            if body.is_active() && !is_grouped {
                 body.advance(&StepContext { threads, ..context });
                 body.tear(settings);
                 body.renew(settings);
-            }
-            if is_alone(body) && body.end_tick(seconds, settings.gravity, sleep) {
-                body.fall_asleep();
+                if body.is_active() && body.end_tick(seconds, settings.gravity, sleep) {
+                    body.fall_asleep();
+                }
             }
         };
         let iterations =
             settings.substeps.get() as usize * settings.substep(0).total_iterations() as usize;
-        let estimate = |body: &Body| match is_alone(body) {
+        let estimate = |body: &Body, is_grouped: bool| match body.is_active() && !is_grouped {
             true => body.effects.load(&body.topology, iterations),
             false => WorkEstimate::default(),
         };
-        threads.for_each(bodies, estimate, &step);
         if together {
-            advance_together(bodies, contacts, &context);
-            let touching = bodies
-                .iter_mut()
-                .filter(|body| body.is_active() && body.effects.touches_surfaces(has_meshes));
-            for body in touching {
-                body.tear(settings);
-                body.renew(settings);
+            let members = (0..).zip(&mut *bodies).map(|(number, body)| Member {
+                number,
+                is_grouped: body.effects.touches_surfaces(has_meshes) || joined.contains(number),
+                body,
+            });
+            let mut members: Vec<_> = members.collect();
+            threads.for_each(
+                &mut members,
+                |it: &Member| estimate(it.body, it.is_grouped),
+                &|it: &mut Member, threads: &Threads| step(it.body, it.is_grouped, threads),
+            );
+            members.retain(|it| it.is_grouped);
+            advance_together(&mut members, contacts, &context);
+            for place in 0..members.len() {
+                let Member { number, body, .. } = &mut members[place];
+                if body.is_active() {
+                    let number = *number;
+                    let torn = body.tear(settings);
+                    let renewed = body.renew(settings);
+                    let stitches = members.iter_mut().map(|it| &mut it.body.stitches);
+                    joints::follow(stitches, number, torn.as_ref(), renewed.as_ref());
+                }
             }
-            end_tick_together(bodies, contacts, &context, sleep);
+            end_tick_together(&mut members, (contacts, &joined), &context, sleep);
         } else {
+            threads.for_each(
+                bodies,
+                |body: &Body| estimate(body, false),
+                &|body: &mut Body, threads: &Threads| step(body, false, threads),
+            );
             contacts.clear();
         }
         self.time += seconds;
@@ -140,17 +159,26 @@ impl World {
     }
 }
 
-/// Performs all substeps of a tick for the bodies with contact.
-fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, context: &StepContext) {
+/// A body in a tick.
+struct Member<'a> {
+    /// Its number, from 0.
+    number: u32,
+    body: &'a mut Body,
+    /// Whether it is stepped together with others.
+    is_grouped: bool,
+}
+
+/// Performs all substeps of a tick for the bodies with contact, or that stitches join.
+fn advance_together(bodies: &mut [Member], contacts: &mut Contacts, context: &StepContext) {
     let substeps = 0..context.settings.substeps.get();
-    let has_meshes = context.swept.has_meshes();
-    let mut group = group(bodies, has_meshes);
+    let group = bodies.iter_mut().map(|it| {
+        let is_active = it.body.is_active();
+        GroupedBody::new(it.number, it.body.stepper(), is_active)
+    });
+    let mut group: Vec<_> = group.collect();
     together::advance(&mut group, contacts, substeps, false, context);
     let results: Vec<_> = group.into_iter().map(|it| it.result).collect();
-    let touching = bodies
-        .iter_mut()
-        .filter(|body| body.effects.touches_surfaces(has_meshes));
-    for (body, result) in touching.zip(results) {
+    for (Member { body, .. }, result) in bodies.iter_mut().zip(results) {
         if let Err(error) = result {
             body.quarantine = Some(body.find_cause(error, CONTACT, context));
             restore_at_rest(&mut body.particles, &body.tick_start.positions);
@@ -158,47 +186,37 @@ fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, context: &Step
     }
 }
 
-/// Ends a tick of the bodies with contact: those that touch each other fall asleep and wake
-/// together.
+/// Ends a tick of bodies that were stepped together: those that touch each other or are joined fall
+/// asleep and wake together.
 fn end_tick_together(
-    bodies: &mut [Body],
-    contacts: &Contacts,
+    bodies: &mut [Member],
+    (contacts, joined): (&Contacts, &Joined),
     context: &StepContext,
     sleep: &SleepSettings,
 ) {
     let seconds = context.settings.tick_seconds();
-    let has_meshes = context.swept.has_meshes();
-    let can_touch = |body: &&mut Body| body.effects.touches_surfaces(has_meshes);
+    let place = |number: u32| bodies.binary_search_by_key(&number, |it| it.number).ok();
+    let joined = joined.pairs().iter().filter_map(|[a, b]| {
+        let [a, b] = [place(*a)?, place(*b)?];
+        Some([a as u32, b as u32])
+    });
+    let pairs: Vec<_> = contacts.touching().iter().copied().chain(joined).collect();
     let mut group: Vec<Wakefulness> = bodies
         .iter_mut()
-        .filter(can_touch)
-        .map(|body| match body.is_active() {
+        .map(|Member { body, .. }| match body.is_active() {
             true if body.end_tick(seconds, context.settings.gravity, sleep) => Wakefulness::Still,
             true => Wakefulness::Awake,
             false => Wakefulness::Asleep,
         })
         .collect();
-    settle(&mut group, contacts.touching());
-    for (body, rest) in bodies.iter_mut().filter(can_touch).zip(group) {
+    settle(&mut group, &pairs);
+    for (Member { body, .. }, rest) in bodies.iter_mut().zip(group) {
         match rest {
             Wakefulness::Asleep if body.is_active() => body.fall_asleep(),
             Wakefulness::Awake if body.asleep => body.wake(),
             _ => {}
         }
     }
-}
-
-/// The bodies with contact.
-fn group(bodies: &mut [Body], has_meshes: bool) -> Vec<GroupedBody<'_>> {
-    let touching = bodies
-        .iter_mut()
-        .filter(|body| body.effects.touches_surfaces(has_meshes));
-    touching
-        .map(|body| {
-            let is_active = body.is_active();
-            GroupedBody::new(body.stepper(), is_active)
-        })
-        .collect()
 }
 
 fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {

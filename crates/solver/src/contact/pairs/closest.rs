@@ -58,7 +58,8 @@ pub fn weighted(weights: [f64; 4], x: [DVec3; 4]) -> DVec3 {
 }
 
 /// Barycentric coordinates of the point of a triangle that is closest to `p`.
-fn on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
+#[must_use]
+pub fn on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {

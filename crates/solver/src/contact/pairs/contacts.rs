@@ -138,7 +138,9 @@ pub(super) struct Member {
     pub(super) first: usize,
     /// Parameters by kind of contact.
     pub(super) params: [Option<Params>; KINDS],
-    /// Its stitches, if it has contact with itself.
+    /// Number of its body; [`NO_INDEX`] for a collider.
+    pub(super) number: u32,
+    /// Its stitches.
     pub(super) stitched: StitchedVertices,
     pub(super) is_stepped: bool,
 }
@@ -540,7 +542,8 @@ impl Contacts {
                 owner: Owner::Body(place),
                 surface: body.topology().surface(),
                 params: params(body, has_meshes),
-                stitches: body.effects().self_contact.map(|_| body.stitches()),
+                number: body.number(),
+                stitches: Some(body.stitches()),
                 is_rigid: body.effects().is_rigid(),
                 is_stepped: body.is_stepped(),
             })
@@ -550,6 +553,7 @@ impl Contacts {
                 owner: Owner::Collider(place),
                 surface: mesh.surface(),
                 params: [None, None, Some(Params::of_collider())],
+                number: NO_INDEX,
                 stitches: None,
                 is_rigid: false,
                 is_stepped: swept.moves(),
@@ -559,6 +563,7 @@ impl Contacts {
         let known = self.members.len() == all().count()
             && self.members.iter().zip(all()).all(|(member, new)| {
                 member.owner == new.owner
+                    && member.number == new.number
                     && (member.rigid != NO_INDEX) == new.is_rigid
                     && member.is_stepped == new.is_stepped
                     && member.params == new.params
@@ -580,6 +585,7 @@ impl Contacts {
             }
             self.members.push(Member {
                 owner: new.owner,
+                number: new.number,
                 rigid,
                 surface: Arc::clone(new.surface),
                 first,
@@ -811,6 +817,7 @@ struct NewMember<'a> {
     owner: Owner,
     surface: &'a Arc<Surface>,
     params: [Option<Params>; KINDS],
+    number: u32,
     stitches: Option<&'a Stitches>,
     is_rigid: bool,
     is_stepped: bool,

@@ -31,6 +31,8 @@ struct Shape<'a> {
     surface: &'a Surface,
     /// Effects of a body; `None` for a collider.
     effects: Option<&'a Effects>,
+    /// Number of the body; of no meaning for a collider.
+    number: u32,
     stitched: StitchedVertices,
     x: Vec<DVec3>,
     bounds: Bounds,
@@ -44,6 +46,7 @@ impl<'a> Shape<'a> {
         Self {
             surface,
             effects,
+            number: u32::MAX,
             stitched: StitchedVertices::default(),
             x,
             bounds,
@@ -60,7 +63,7 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// Number of crossing edge–triangle pairs, between bodies that carry [`Contact`](super::Contact),
+/// Number of crossing edge–triangle pairs of all bodies of a world in order: between bodies that carry [`Contact`](super::Contact),
 /// within those that carry [`SelfContact`](super::SelfContact), and between those that carry
 /// [`Collide`](crate::Collide) and the meshes of colliders, in their poses. Exact for the given
 /// positions (Shewchuk 1997). Pairs that only touch, that share a vertex or that a stitch holds together
@@ -70,13 +73,16 @@ pub fn crossings<'a>(
     bodies: impl Iterator<Item = Outline<'a>>,
     colliders: &[(&'a ColliderMesh, Pose)],
 ) -> usize {
-    let touching = bodies.filter(|body| body.effects.touches_surfaces(!colliders.is_empty()));
-    let bodies = touching.map(|body| {
+    let touching = (0..)
+        .zip(bodies)
+        .filter(|(_, body)| body.effects.touches_surfaces(!colliders.is_empty()));
+    let bodies = touching.map(|(number, body)| {
         let surface = body.topology.surface();
         let at = |&i: &u32| body.particles.position(i as usize);
         let x = surface.vertices.iter().map(at).collect();
         let stitched = StitchedVertices::of(body.stitches, surface);
         Shape {
+            number,
             stitched,
             ..Shape::new(surface, Some(body.effects), x)
         }
@@ -129,9 +135,11 @@ fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
         }
         grid.near(&bounds, |item| {
             let edge = edges[item as usize];
-            let shares = is_itself
-                && (edge.iter().any(|end| triangle.contains(end))
-                    || a.stitched.hold(edge, *triangle));
+            let shares = if is_itself {
+                edge.iter().any(|end| triangle.contains(end)) || a.stitched.hold(edge, *triangle)
+            } else {
+                a.stitched.join(edge, b.number) || b.stitched.join(*triangle, a.number)
+            };
             if !shares && boxes[item as usize].meets(&bounds) && crosses(ends(edge), corners) {
                 count += 1;
             }

@@ -486,6 +486,12 @@ impl Finder {
             {
                 continue;
             }
+            if between == Between::Bodies
+                && (of_a.stitched.join(*corners, of_b.number)
+                    || of_b.stitched.join(*rest, of_a.number))
+            {
+                continue;
+            }
             let (number, other) = (others.numbers[query], ones.numbers[item]);
             if is_itself && kind == Kind::EdgeEdge && other >= number {
                 continue;

@@ -43,6 +43,7 @@ mod truncate;
 mod union;
 mod untangle;
 
+pub use closest::on_triangle;
 pub use contacts::{ContactCounts, Contacts};
 pub use crossings::{Outline, crossings};
 pub use params::{Contact, SelfContact};

@@ -1,15 +1,19 @@
-//! Primitives of one surface that stitches hold together. As neighbors that share a vertex, they
-//! have no contact with each other, and do not count as crossings.
+//! Primitives that stitches hold together, of one surface or of two bodies. As neighbors that share
+//! a vertex, they have no contact with each other, and do not count as crossings.
 
 use crate::{Stitches, SurfacePoint, topology::surface::Surface};
 
-/// Pairs of surface vertices that stitches hold together.
+/// Surface vertices that stitches hold together with others of the same or another body.
 #[derive(Debug, Default)]
 pub(super) struct StitchedVertices {
     /// Both points of each intact stitch.
     points: Vec<[SurfacePoint; 2]>,
     /// Indices of surface vertices, in both orders; sorted.
     pairs: Vec<[u32; 2]>,
+    /// The point and the other body of each intact stitch to another body.
+    joints: Vec<(SurfacePoint, u32)>,
+    /// Indices of surface vertices and the body to which they are stitched; sorted.
+    joined: Vec<[u32; 2]>,
 }
 
 impl StitchedVertices {
@@ -32,12 +36,31 @@ impl StitchedVertices {
             }
         }
         pairs.sort_unstable();
-        Self { points, pairs }
+        let joints: Vec<_> = stitches.into_iter().flat_map(joints).collect();
+        let mut joined: Vec<[u32; 2]> = Vec::new();
+        for (point, other) in &joints {
+            let vertices = point.terms().filter_map(|(particle, _)| vertex(particle.0));
+            joined.extend(vertices.map(|vertex| [vertex as u32, *other]));
+        }
+        joined.sort_unstable();
+        Self {
+            points,
+            pairs,
+            joints,
+            joined,
+        }
     }
 
     /// Whether no stitch has been added or broken since.
     pub fn is_current(&self, stitches: &Stitches) -> bool {
         stitches.intact_pairs().eq(self.points.iter().copied())
+            && joints(stitches).eq(self.joints.iter().copied())
+    }
+
+    /// Whether a vertex of a primitive is stitched to another body.
+    pub fn join<const M: usize>(&self, vertices: [u32; M], other: u32) -> bool {
+        let is_joined = |vertex: u32| self.joined.binary_search(&[vertex, other]).is_ok();
+        !self.joined.is_empty() && vertices.into_iter().any(is_joined)
     }
 
     /// Whether a stitch holds two primitives of surface vertices together.
@@ -46,4 +69,10 @@ impl StitchedVertices {
         let is_any_held = |a: u32| second.iter().any(|&b| is_held(a, b));
         !self.pairs.is_empty() && first.into_iter().any(is_any_held)
     }
+}
+
+/// The point and the other body of each intact stitch to another body.
+fn joints(stitches: &Stitches) -> impl Iterator<Item = (SurfacePoint, u32)> + '_ {
+    let joints = stitches.intact_joints();
+    joints.map(|(point, other, _)| (point, other))
 }

@@ -9,8 +9,12 @@ pub(crate) trait Tangible {
     fn topology(&self) -> &Topology;
     /// Effects of the body.
     fn effects(&self) -> &Effects;
+    /// Number of the body among those of the world, from 0. Bodies are sorted by it.
+    fn number(&self) -> u32;
     /// Stitches of the body.
     fn stitches(&self) -> &Stitches;
+    /// The same, for a pass.
+    fn stitches_mut(&mut self) -> &mut Stitches;
     /// Whether it takes part in contacts: false once it is not finite.
     fn takes_part(&self) -> bool;
     /// Whether it is stepped. A sleeping body is an obstacle that does not move.

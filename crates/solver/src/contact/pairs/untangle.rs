@@ -115,7 +115,7 @@ impl Contacts {
                 let edge = search.edges.vertices[edge as usize];
                 let triangle = search.triangles.vertices[triangle as usize];
                 let meet = edge.iter().any(|end| triangle.contains(end))
-                    || members[0] == members[1] && self.is_stitched(members[0], edge, triangle);
+                    || self.are_stitched((a.member, edge), (b.member, triangle));
                 let (ends, corners) = (edge.map(at), triangle.map(at));
                 if meet || !crosses(ends, corners) {
                     continue;
@@ -138,13 +138,16 @@ impl Contacts {
         }
     }
 
-    /// Whether a stitch holds an edge and a triangle of a member together.
-    fn is_stitched(&self, member: u32, edge: [u32; 2], triangle: [u32; 3]) -> bool {
-        let member = &self.members[member as usize];
-        let of_surface = |v: u32| v - member.first as u32;
-        member
-            .stitched
-            .hold(edge.map(of_surface), triangle.map(of_surface))
+    /// Whether a stitch holds an edge and a triangle of members together.
+    fn are_stitched(&self, one: (usize, [u32; 2]), other: (usize, [u32; 3])) -> bool {
+        let [a, b] = [one.0, other.0].map(|member| &self.members[member]);
+        let edge = one.1.map(|v| v - a.first as u32);
+        let triangle = other.1.map(|v| v - b.first as u32);
+        if one.0 == other.0 {
+            a.stitched.hold(edge, triangle)
+        } else {
+            a.stitched.join(edge, b.number) || b.stitched.join(triangle, a.number)
+        }
     }
 
     fn tangle(&self, members: [u32; 2], crossed: &Crossed) -> Tangle {
