@@ -160,6 +160,11 @@ impl Scene {
             .extend(notes.map(|note| format!("{}: {note}", spec.name)));
         let places = places(spec);
         check_room(spec, &built.world, topology.particles(), places.len())?;
+        if !spec.cuts.is_empty() && skin.is_some() {
+            let message = "a filled surface cannot have initial cuts; use a primitive or the \
+                           treatment `Shell`";
+            return Err(wrong(spec, message.to_owned()));
+        }
         for (number, &place) in places.iter().enumerate() {
             let name = if places.len() == 1 {
                 spec.name.clone()
@@ -425,8 +430,9 @@ fn body(
         return Err(wrong(spec, message));
     }
     check_effects(spec, topology).map_err(|message| wrong(spec, message))?;
+    cut(spec, &mut body)?;
     body.stitches = stitches(spec, &body, colliders)?;
-    body.pins = pins(spec, topology, &body.particles.positions)?;
+    body.pins = pins(spec, &body.topology, &body.particles.positions)?;
     body.update_masses();
     for &deformation in &spec.start {
         deform(&mut body.particles, deformation);
@@ -517,6 +523,22 @@ fn turn_by(body: &mut Body, spin: Vec3) {
             particles.set_velocity(i, particles.velocity(i) + turned);
         }
     }
+}
+
+/// Makes the initial cuts.
+fn cut(spec: &BodySpec, body: &mut Body) -> Result<(), SceneError> {
+    for (number, cut) in (1..).zip(&spec.cuts) {
+        let wrong = |message: &str| wrong(spec, format!("cut {number}: {message}"));
+        if !cut.is_valid() {
+            return Err(wrong(
+                "expected a finite eye and two finite rays that are not parallel",
+            ));
+        }
+        if !body.cut(cut) {
+            return Err(wrong("it misses the body, or cuts nothing off"));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that the body has what its effects act on.

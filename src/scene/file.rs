@@ -7,7 +7,8 @@ use super::{
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        self, Compliance, Deformation, Density, Effects, Force, Mass, Path, Settings, VertexIndex,
+        self, Compliance, Cut, Deformation, Density, Effects, Force, Mass, Path, Settings,
+        VertexIndex,
     },
 };
 use glam::{UVec3, Vec3};
@@ -96,6 +97,10 @@ pub struct BodySpec {
     /// Points that are stitched together, to colliders, or to other bodies.
     #[serde(default)]
     pub stitches: Vec<StitchSpec>,
+    /// Initial cuts, each a triangle without end, in its initial pose. Everything inside of it comes
+    /// apart.
+    #[serde(default)]
+    pub cuts: Vec<Cut>,
     /// Initial deformations, applied in order.
     #[serde(default)]
     pub start: Vec<Deformation>,
@@ -278,6 +283,14 @@ pub enum PointSpec {
     /// The first vertices of each chain of a body of edges, each with a stitch of its own to a
     /// collider or another body; two clamp a rod.
     Roots(u32),
+    /// All vertices in a box [m], at their initial positions, each with a stitch of its own to a
+    /// collider or another body.
+    Within {
+        /// Minimum corner.
+        low: Vec3,
+        /// Maximum corner.
+        high: Vec3,
+    },
 }
 
 /// The other end of a stitch.

@@ -179,6 +179,7 @@ impl Scene {
             },
             pins: Vec::new(),
             stitches: Vec::new(),
+            cuts: Vec::new(),
             start: Vec::new(),
             copies: None,
             color: None,

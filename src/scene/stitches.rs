@@ -95,15 +95,31 @@ fn stitch(spec: &StitchSpec, point: SurfacePoint, to: StitchEnd) -> Stitch {
 
 /// The points of a body that a stitch of the file holds: one, or those of all roots.
 fn points(spec: &StitchSpec, body: &Body) -> Result<Vec<SurfacePoint>, String> {
-    match (spec.point, &spec.to) {
+    let vertices = match (spec.point, &spec.to) {
         (PointSpec::Roots(count), StitchTo::Collider(_) | StitchTo::Body(_)) => {
-            let roots = roots(&body.topology, count)?;
-            let points = roots.into_iter();
-            points
-                .map(|vertex| surface_point(PointSpec::Vertex(vertex), body))
-                .collect()
+            roots(&body.topology, count)?
         }
-        (point, _) => Ok(vec![surface_point(point, body)?]),
+        (PointSpec::Within { low, high }, StitchTo::Collider(_) | StitchTo::Body(_)) => {
+            within(body, low, high)?
+        }
+        (point, _) => return Ok(vec![surface_point(point, body)?]),
+    };
+    let points = vertices.into_iter().map(PointSpec::Vertex);
+    points.map(|point| surface_point(point, body)).collect()
+}
+
+/// The vertices of a body in a box.
+fn within(body: &Body, low: Vec3, high: Vec3) -> Result<Vec<VertexIndex>, String> {
+    let positions = body.particles.positions.iter().enumerate();
+    let inside = positions.filter(|(_, x)| {
+        let x = x.truncate();
+        x.cmpge(low).all() && x.cmple(high).all()
+    });
+    let mut vertices: Vec<_> = inside.map(|(i, _)| body.topology.vertex(i)).collect();
+    vertices.sort_unstable();
+    match vertices.is_empty() {
+        false => Ok(vertices),
+        true => Err(format!("no vertex is within {low} and {high} m")),
     }
 }
 
@@ -111,8 +127,11 @@ fn surface_point(spec: PointSpec, body: &Body) -> Result<SurfacePoint, String> {
     let terms = match spec {
         PointSpec::Vertex(vertex) => vec![(vertex, 1.0)],
         PointSpec::Triangle(corners, weights) => corners.into_iter().zip(weights).collect(),
-        PointSpec::Roots(_) => {
-            return Err("Roots are stitched to a `Collider` or a `Body`".to_owned());
+        PointSpec::Roots(_) | PointSpec::Within { .. } => {
+            return Err(
+                "Roots and Within are stitched to a `Collider` or a `Body`, as in `to: Collider(1)`"
+                    .to_owned(),
+            );
         }
     };
     let particle = |vertex: VertexIndex| match vertex.index() < body.particles.len() {

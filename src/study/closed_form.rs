@@ -178,6 +178,24 @@ pub enum Reference {
         /// Time t [s].
         seconds: f64,
     },
+    /// Time until a long cut runs through a strip of height H between grips that move apart at speed
+    /// v [s]. Growing by da, it releases the energy of a piece Hda of the strip, Wt = ½Eε²t/(1 − ν²)
+    /// per area as the width is held: ε = √(2G_c(1 − ν²)/(EtH)), whatever the length of the cut
+    /// (Rivlin and Thomas, 1953).
+    TornStrip {
+        /// Toughness of the sheet G_c [J/m].
+        toughness: f64,
+        /// Young's modulus E [Pa].
+        youngs_modulus: f64,
+        /// Poisson's ratio ν.
+        poisson_ratio: f64,
+        /// Thickness t [m].
+        thickness: f64,
+        /// Height H [m].
+        height: f64,
+        /// Speed v [m/s].
+        speed: f64,
+    },
     /// Distance that the uppermost of some rigid bodies in a stack sinks [m]: 0. In each substep of
     /// length h, gravity moves the bodies by gh² before iterations balance their contacts.
     RigidStack {},
@@ -275,6 +293,17 @@ impl Reference {
                 let (sin, cos) = slope.to_radians().sin_cos();
                 0.5 * gravity * (sin - friction * cos).max(0.0) * seconds * seconds
             }
+            Self::TornStrip {
+                toughness,
+                youngs_modulus,
+                poisson_ratio,
+                thickness,
+                height,
+                speed,
+            } => {
+                let stiffness = youngs_modulus * thickness / (1.0 - poisson_ratio * poisson_ratio);
+                (2.0 * toughness / (stiffness * height)).sqrt() * height / speed
+            }
             Self::Capstan {
                 heavy,
                 light,
@@ -339,6 +368,7 @@ impl Reference {
             Self::HeavyElastica { .. } => "heavy elastica",
             Self::SlidingBlock { .. } => "½g(sin θ − µ cos θ)t²",
             Self::Capstan { .. } => "½g(M − m eᵠ)/(M + m eᵠ)·t²",
+            Self::TornStrip { .. } => "√(2G_c(1 − ν²)/(EtH))·H/v",
             Self::RigidStack {} => "0 (rigid)",
         }
     }

@@ -56,6 +56,15 @@ pub enum Observe {
         /// Simulated time [s].
         seconds: f64,
     },
+    /// Time until a body has torn at this number of particles [s].
+    Torn {
+        /// Index of the body in the list.
+        body: usize,
+        /// Number of particles that were split, from 1.
+        splits: usize,
+        /// Limit on the simulated time [s].
+        seconds: f64,
+    },
     /// Positions of all particles at these times [s]; the error is their root mean square distance
     /// to the f64 reference, relative to the size of their body.
     Path {
@@ -160,7 +169,7 @@ impl Observe {
                 Quantity::Turned { .. } => "rad",
                 Quantity::VolumeChange { .. } => "1",
             },
-            Self::Period { .. } => "s",
+            Self::Period { .. } | Self::Torn { .. } => "s",
             Self::EnergyLoss { .. } => "1",
             Self::Drift { of, .. } => match of {
                 Conserved::Energy => "J",
@@ -179,7 +188,8 @@ impl Observe {
             | Self::At { seconds, .. }
             | Self::Period { seconds, .. }
             | Self::EnergyLoss { seconds, .. }
-            | Self::Drift { seconds, .. } => *seconds,
+            | Self::Drift { seconds, .. }
+            | Self::Torn { seconds, .. } => *seconds,
             Self::Path { times } => times.iter().copied().fold(0.0, f64::max),
         }
     }
@@ -292,6 +302,21 @@ impl Observe {
                 }
                 Observed::one(farthest, went > STILL * size(world), *seconds)
             }
+            Self::Torn {
+                body,
+                splits,
+                seconds,
+            } => {
+                let torn = start.bodies[*body].x.len() + splits;
+                for done in 1..=solver.ticks(*seconds) {
+                    solver.tick();
+                    if solver.particles(*body) >= torn {
+                        let time = tick * done as f64;
+                        return Observed::one(time, true, time);
+                    }
+                }
+                Observed::one(f64::NAN, false, *seconds)
+            }
             Self::Path { times } => {
                 let mut values = Vec::new();
                 let mut done = 0;
@@ -319,7 +344,7 @@ impl Observe {
     #[must_use]
     pub fn natural_scale(&self, start: &State, world: &World) -> Option<f64> {
         match self {
-            Self::Rest { .. } | Self::At { .. } | Self::Period { .. } => None,
+            Self::Rest { .. } | Self::At { .. } | Self::Period { .. } | Self::Torn { .. } => None,
             Self::EnergyLoss { .. } => Some(1.0),
             Self::Drift { of, .. } => Some(of.size(start, world)),
             Self::Path { .. } => Some(size(world)),

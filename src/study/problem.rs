@@ -219,6 +219,9 @@ impl Problem {
         if let Observe::Period { periods: 0, .. } = self.observe {
             return Err(self.wrong("a mean needs at least one period"));
         }
+        if let Observe::Torn { splits: 0, .. } = self.observe {
+            return Err(self.wrong("a tear has at least one split"));
+        }
         if self
             .percent_of
             .is_some_and(|of| !(of > 0.0 && of.is_finite()))
@@ -273,6 +276,7 @@ impl Case {
                 (body, select.cloned())
             }
             Observe::Period { body, particle, .. } => (*body, Some(Select::Particle(*particle))),
+            Observe::Torn { body, .. } => (*body, None),
             _ => (0, None),
         };
         if body >= bodies {

@@ -59,6 +59,7 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "capstan",
     "rigid_stack",
     "jelly_pair",
+    "torn_strip",
 ];
 
 /// A problem by its name.

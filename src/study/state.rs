@@ -77,6 +77,15 @@ impl Solver {
         }
     }
 
+    /// Number of particles of a body.
+    #[must_use]
+    pub fn particles(&self, body: usize) -> usize {
+        match self {
+            Self::Fast(world) => world.bodies[body].particles.len(),
+            Self::Reference(world) => world.bodies[body].x.len(),
+        }
+    }
+
     /// Number of ticks in this time, at least one.
     #[must_use]
     pub fn ticks(&self, seconds: f64) -> u64 {

@@ -395,3 +395,37 @@ fn a_mesh_file_is_a_scene_with_one_soft_body_above_the_ground() {
     assert!(error.to_string().contains("no.obj"), "{error}");
     fs::remove_dir_all(&folder).expect("it was made here");
 }
+
+/// A strip of cloth whose left half is cut through, and one whose edge is stitched to a collider.
+#[test]
+fn a_body_begins_with_its_cuts_and_stitches_of_a_region() {
+    let text = |body: &str| {
+        format!(
+            "Scene(title: \"\", look_at: \"\", bodies: [(name: \"sheet\", \
+             primitive: Cloth(size: (0.4, 0.2), cells: (8, 4)), {body})], \
+             colliders: [(shape: Sphere(radius: 0.01))], acceptance: (seconds: 1))"
+        )
+    };
+    let built = |body: &str| -> Result<_, String> {
+        let scene: Scene = text(body).parse().map_err(|error| format!("{error}"))?;
+        scene.build().map_err(|error| error.to_string())
+    };
+    let whole = built("effects: ()").expect("sound").world;
+    let cut = "effects: (), cuts: [(eye: (0, 1, 0.00001), rays: ((-0.5, -1, 0), (0.01, -1, 0)))]";
+    let split = built(cut).expect("sound").world;
+    let particles = |world: &pliant::solver::World| world.bodies[0].particles.len();
+    // Five of the nine vertices of the middle row lie to the left of x = 0.01 m.
+    assert_eq!(particles(&split), particles(&whole) + 5);
+    let far = "effects: (), cuts: [(eye: (9, 1, 0), rays: ((0, -1, 0), (0.01, -1, 0)))]";
+    let error = built(far).expect_err("it misses");
+    assert!(
+        error.contains("body “sheet”: cut 1: it misses the body"),
+        "{error}"
+    );
+    let edge = "effects: (), stitches: [(point: Within(low: (-1, -1, 0.099), high: (1, 1, 1)), to: Collider(1))]";
+    let stitched = built(edge).expect("sound").world;
+    assert_eq!(stitched.bodies[0].stitches.all().len(), 9);
+    let nothing = "effects: (), stitches: [(point: Within(low: (5, 5, 5), high: (6, 6, 6)), to: Collider(1))]";
+    let error = built(nothing).expect_err("nothing is there");
+    assert!(error.contains("stitch 1: no vertex is within"), "{error}");
+}

@@ -389,7 +389,10 @@ fn stitches_to_bodies_say_what_is_wrong() {
             "BodyPoint(\"head\", Vertex(27))",
             "vertex 27, which “head” does not have; it has 27",
         ),
-        ("BodyPoint(\"head\", Roots(1))", "Roots are stitched to"),
+        (
+            "BodyPoint(\"head\", Roots(1))",
+            "Roots and Within are stitched to",
+        ),
     ] {
         let scene: Scene = text(to).parse().expect("it is read");
         let error = scene.build().expect_err(to).to_string();

@@ -371,3 +371,20 @@ fn a_problem_with_the_old_names_is_read_as_the_new_one_is() {
         (new.reference, new.converged)
     );
 }
+
+/// A cut runs at a strain that the toughness sets, and not the mesh: the tip is an element wide, a
+/// quarter and an eighth of the height of the strip, and the error falls with it.
+#[test]
+fn a_strip_tears_at_the_strain_of_its_toughness_on_any_mesh() {
+    let relative: Vec<f64> = cases("torn_strip")[..2]
+        .iter()
+        .map(|case| value(case, Setting::xpbd(64, 1)) / expected(case))
+        .collect();
+    let [coarse, fine] = relative[..] else {
+        panic!("{relative:?}");
+    };
+    assert!((coarse - 1.0).abs() < 0.25, "{coarse}");
+    assert!((fine - 1.0).abs() < 0.125, "{fine}");
+    // A limit of strain is reached later by √2 on edges of twice the length.
+    assert!((fine / coarse - 1.0).abs() < 0.25, "{relative:?}");
+}

@@ -214,6 +214,7 @@ impl Definition {
             effects: SceneEffects::default(),
             pins: pins(body),
             stitches: Vec::new(),
+            cuts: Vec::new(),
             start: Vec::new(),
             copies: None,
             color: color(one.look.color),
