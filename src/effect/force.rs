@@ -1,8 +1,9 @@
-//! Force fields: uniform acceleration, point force, vortex, axis flow, turbulence, wind, drag.
+//! Force fields: uniform acceleration, point force, vortex, axis flow, curve flow, turbulence, wind,
+//! drag.
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{
-    Attract, Axis, Coefficient, Drag, Finite, Length, Turbulence, Uniform, Vortex, Wind,
+    Attract, Axis, Coefficient, Drag, Finite, Length, Stream, Turbulence, Uniform, Vortex, Wind,
     advance::Stage, force::Force,
 };
 
@@ -105,6 +106,41 @@ impl Effect for Axis {
         parameter!(
             coupling: Coefficient, "Coupling", "1/s",
             "Rate at which particles approach the velocity of the air.",
+            (0.0, 20.0), Scale::Linear
+        ),
+    ];
+
+    force!();
+}
+
+impl Effect for Stream {
+    const NAME: &'static str = "stream";
+    const TITLE: &'static str = "Curve flow";
+    const SUMMARY: &'static str =
+        "Air that flows along a curve and towards it drags the body along.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        parameter!(x0: Finite, "Start x", "m", "Start of the curve, along x.", (-3.0, 3.0), Scale::Linear),
+        parameter!(y0: Finite, "Start y", "m", "Start of the curve, along y (up).", (-3.0, 3.0), Scale::Linear),
+        parameter!(z0: Finite, "Start z", "m", "Start of the curve, along z.", (-3.0, 3.0), Scale::Linear),
+        parameter!(x1: Finite, "First control point x", "m", "First control point, towards which the curve begins, along x.", (-3.0, 3.0), Scale::Linear),
+        parameter!(y1: Finite, "First control point y", "m", "First control point, towards which the curve begins, along y (up).", (-3.0, 3.0), Scale::Linear),
+        parameter!(z1: Finite, "First control point z", "m", "First control point, towards which the curve begins, along z.", (-3.0, 3.0), Scale::Linear),
+        parameter!(x2: Finite, "Second control point x", "m", "Second control point, from which the curve ends, along x.", (-3.0, 3.0), Scale::Linear),
+        parameter!(y2: Finite, "Second control point y", "m", "Second control point, from which the curve ends, along y (up).", (-3.0, 3.0), Scale::Linear),
+        parameter!(z2: Finite, "Second control point z", "m", "Second control point, from which the curve ends, along z.", (-3.0, 3.0), Scale::Linear),
+        parameter!(x3: Finite, "End x", "m", "End of the curve, along x.", (-3.0, 3.0), Scale::Linear),
+        parameter!(y3: Finite, "End y", "m", "End of the curve, along y (up).", (-3.0, 3.0), Scale::Linear),
+        parameter!(z3: Finite, "End z", "m", "End of the curve, along z.", (-3.0, 3.0), Scale::Linear),
+        parameter!(along: Finite, "Speed along", "m/s", "Speed of the air along the curve.", (-20.0, 20.0), Scale::Linear),
+        parameter!(inward: Finite, "Speed inward", "m/s", "Speed of the air towards the curve, from the radius on. Negative values blow outward.", (-20.0, 20.0), Scale::Linear),
+        parameter!(
+            radius: Length, "Core radius", "m",
+            "Outside this radius the coupling decreases with the square of the distance.",
+            (0.01, 3.0), Scale::Linear
+        ),
+        parameter!(
+            coupling: Coefficient, "Coupling", "1/s",
+            "Rate at which particles approach the velocity of the air, within the radius.",
             (0.0, 20.0), Scale::Linear
         ),
     ];

@@ -4,7 +4,7 @@ use crate::{
     simulation::{
         Asleep, ContactSchedule, EffectSystems, RestTimer, SimulationClock, SimulationSettings,
         SoftBody, SolveSchedule, StepSchedule, StepSystems, SubstepSchedule,
-        plan::{self, BuiltinForces, PlannedSystems, schedules_of_substep},
+        plan::{self, BuiltinForces, LateSystems, PlannedSystems, schedules_of_substep},
         shown_name, wake_changed,
     },
     solver::{InvalidValue, Settings, advance::Stage, measure::SquareSum},
@@ -504,11 +504,13 @@ fn remove_systems(world: &mut World, effect: &'static str) {
         world.schedule_scope(label, |world, schedule| {
             // A schedule without systems of the effect does not contain the set, which is not an
             // error.
-            let _nothing_there = schedule.remove_systems_in_set(
-                EffectSystems(effect),
-                world,
-                ScheduleCleanupPolicy::RemoveSystemsOnly,
-            );
+            for set in [EffectSystems(effect).intern(), LateSystems(effect).intern()] {
+                let _nothing_there = schedule.remove_systems_in_set(
+                    set,
+                    world,
+                    ScheduleCleanupPolicy::RemoveSystemsOnly,
+                );
+            }
         });
     }
 }

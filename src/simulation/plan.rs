@@ -26,6 +26,11 @@ use bevy::{
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct PlannedSystems;
 
+/// Systems of an effect of the crate in a later phase than its first ones. The order of the effects
+/// does not apply to them: it would contradict that of the phases.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct LateSystems(pub &'static str);
+
 /// The force fields of the crate, in [`SubstepSchedule`].
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct BuiltinForces;
@@ -59,7 +64,11 @@ fn after_presolve<M>(
 /// Adds the system for the stage of an effect, at its position in the schedules.
 pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: Stage) {
     let system = move |mut bodies: Bodies| bodies.stage(stage).for_each(drop);
-    let system = system.in_set(EffectSystems(effect)).in_set(PlannedSystems);
+    let system = system.in_set(PlannedSystems);
+    let system = match stage {
+        Stage::Joints => system.in_set(LateSystems(effect)),
+        _ => system.in_set(EffectSystems(effect)),
+    };
     match stage {
         Stage::Force(_) => {
             let system = system.in_set(SolverSystems::Presolve).before(presolve);
@@ -196,7 +205,12 @@ fn names_in(
     let effects = world
         .resource::<EffectRegistry>()
         .iter()
-        .map(|effect| (effect.name, EffectSystems(effect.name).intern()));
+        .flat_map(|effect| {
+            [
+                (effect.name, EffectSystems(effect.name).intern()),
+                (effect.name, LateSystems(effect.name).intern()),
+            ]
+        });
     let sets: Vec<_> = effects.chain(stages.iter().copied()).collect();
     let Ok(systems) = schedule.systems() else {
         return Vec::new();

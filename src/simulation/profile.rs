@@ -8,8 +8,14 @@ use std::{
 };
 
 /// Time of each stage, summed over all threads [ns].
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct StageWatch([AtomicU64; Stage::ALL.len()]);
+
+impl Default for StageWatch {
+    fn default() -> Self {
+        Self([const { AtomicU64::new(0) }; Stage::ALL.len()])
+    }
+}
 
 impl Watch for StageWatch {
     fn observe(&self, stage: Stage, work: &mut dyn FnMut()) {

@@ -9,8 +9,9 @@ use pliant::{
         Creep, Damping, Direct, Drag, Effects, Emitter, Finite, FlexuralRigidity, Frequency,
         Friction, Grab, Grains, Ground, IsometricBend, Membrane, MembraneCompliance, NeoHookean,
         ParticleIndex, Plasticity, Pressure, RestShape, Rod, SelfContact, ShapeMatching, Sink,
-        Slack, StickyGround, Stiffness, Strain, StrainLimit, Stretch, Struts, SurfacePoint, Tear,
-        Tethers, Thickness, Turbulence, Uniform, Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
+        Slack, StickyGround, Stiffness, Strain, StrainLimit, Stream, Stretch, Struts, SurfacePoint,
+        Tear, Tethers, Thickness, Turbulence, Uniform, Volume, Vortex, Weave, Wind, Yield,
+        YoungsModulus,
     },
 };
 
@@ -57,6 +58,7 @@ samples! {
     Attract on Solid { x: of::<Finite>(1.0), strength: of::<Finite>(3.0) }
     Vortex on Solid { turning: of::<Finite>(3.0), coupling: of::<Coefficient>(2.0) }
     Axis on Solid { around: of::<Finite>(4.0) }
+    Stream on Solid { along: of::<Finite>(1.0) }
     Turbulence on Solid { speed: of::<Coefficient>(5.0) }
     Wind on Sheet { z: of::<Finite>(6.0), turbulence: of::<Coefficient>(0.5) }
     Drag on Solid { linear: of::<Coefficient>(1.5) }

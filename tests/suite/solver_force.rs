@@ -5,8 +5,8 @@ use glam::{DVec3, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Attract, Axis, Body, Coefficient, Drag, Effects, Finite, Ledger, Length, Turbulence,
-        Uniform, Vortex, Wind, World, ledger, reference,
+        Attract, Axis, Body, Coefficient, Drag, Effects, Finite, Ledger, Length, Stream,
+        Turbulence, Uniform, Vortex, Wind, World, ledger, reference,
     },
 };
 
@@ -319,6 +319,62 @@ fn an_axis_flow_has_its_speeds_at_the_radius_and_takes_particles_along() {
     // The rounding of the velocity, as for the uniform force.
     for ((_, speed), tolerance) in after(jet, 60).into_iter().zip([6e-3, 1e-10]) {
         assert!((speed.y - expected).abs() < tolerance, "{speed} {expected}");
+    }
+}
+
+/// Along a straight line it has the speeds of an axis; on an arc, the flow follows the tangent; a
+/// particle that was carried along leaves at the end.
+#[test]
+fn a_stream_flows_along_its_curve_and_ends() {
+    let line = Stream {
+        x1: finite(1.0),
+        y1: finite(0.0),
+        x2: finite(2.0),
+        y2: finite(0.0),
+        x3: finite(3.0),
+        along: finite(4.0),
+        radius: Length::new(0.5).expect("sound"),
+        ..Stream::default()
+    };
+    let at = |x: f64, r: f64| line.air(DVec3::new(x, r, 0.0));
+    // Nearest points are found to the rounding of t, by Newton's method on a straight line.
+    for (r, inward, coupling) in [(0.25, 0.5, 1.0), (0.5, 1.0, 1.0), (1.0, 1.0, 0.25)] {
+        let (air, part) = at(1.37, r).expect("beside the curve");
+        let expected = DVec3::new(4.0, -inward, 0.0);
+        assert!(air.distance(expected) < 1e-9, "{air} at {r}");
+        assert!((part - coupling).abs() < 1e-9, "{part} at {r}");
+    }
+    assert_eq!(at(3.1, 0.1), None, "beyond the end");
+    let (drawn, _) = at(-0.2, 0.0).expect("before the start");
+    assert!(drawn.x > 4.0, "drawn in at the start: {drawn}");
+    // A quarter circle of radius 1 about the origin, to 3e-4 (the usual handles of 0.5523).
+    let arc = Stream {
+        x0: finite(1.0),
+        x1: finite(1.0),
+        y1: finite(0.552_285),
+        x2: finite(0.552_285),
+        y2: finite(1.0),
+        x3: finite(0.0),
+        y3: finite(1.0),
+        along: finite(2.0),
+        ..Stream::default()
+    };
+    for angle in [0.1, 0.5, 0.785, 1.2, 1.5_f64] {
+        let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+        let (air, _) = arc.air(DVec3::new(cos, sin, 0.0)).expect("on the curve");
+        // The radial part is at most 3e-4 m off the curve over the radius of 0.2 m.
+        let expected = DVec3::new(-sin, cos, 0.0) * 2.0;
+        assert!(air.distance(expected) < 6e-3, "{air} at {angle}");
+    }
+    // A free particle approaches the speed, and keeps it once it has left: 3 m are passed after
+    // 0.95 s, by x = ut − u(1 − e^(−ct))/c.
+    let mut carried = free(line, Vec3::ZERO);
+    carried.settings.substeps = pliant::solver::Substeps::new(10).expect("sound");
+    let speeds = after(carried, 90);
+    for (x, v) in speeds {
+        assert!(x.x > 3.0, "it has left: {x}");
+        // 4(1 − e^(−4.75)) = 3.965 m/s; by implicit Euler (1 + ch)⁻ⁿ is 2 % more than e^(−ct).
+        assert!((v.x - 3.965).abs() < 0.002, "{v}");
     }
 }
 

@@ -115,6 +115,7 @@ fn stages() -> impl Iterator<Item = (String, InternedSystemSet)> {
         ("solve", SolverSystems::Solve.intern()),
         ("postsolve", SolverSystems::Postsolve.intern()),
         ("user", SolvePhase::User.intern()),
+        ("joints", SolvePhase::Joints.intern()),
     ]
     .into_iter()
     .map(|(name, set)| (name.to_owned(), set))

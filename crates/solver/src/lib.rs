@@ -53,7 +53,7 @@ pub use direct::{Direct, DirectWorkspace};
 pub use effective::EffectiveCompliance;
 pub use effects::{Effects, all::*};
 pub use effects::{body_kinds::BodyEffectKind, elastic::ElasticKind, states::EffectStates};
-pub use force::{Attract, Axis, Drag, ForceKind, Turbulence, Uniform, Vortex, Wind};
+pub use force::{Attract, Axis, Drag, ForceKind, Stream, Turbulence, Uniform, Vortex, Wind};
 pub use history::History;
 pub use lanes::Instructions;
 pub use ledger::Ledger;

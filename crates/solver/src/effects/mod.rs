@@ -80,6 +80,7 @@ macro_rules! effects {
                     Attract attract "Attraction to a point.";
                     Vortex vortex "Air rotating about a vertical axis.";
                     Axis axis "Air flowing along, around and towards an axis.";
+                    Stream stream "Air flowing along a curve.";
                     Turbulence turbulence "Air in random motion.";
                     Wind wind "Drag and lift on the triangles of the surface.";
                     Drag drag "Drag of a resting medium.";

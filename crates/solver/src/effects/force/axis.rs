@@ -1,6 +1,6 @@
 //! Flow around, along and towards an axis.
 
-use super::law::{Force, ForceKind, Moment, Mote};
+use super::law::{Force, ForceKind, Moment, Mote, approach};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Coefficient, Finite, Length, Topology};
@@ -93,9 +93,7 @@ impl Force for Axis {
         at: impl Fn(u32) -> Mote,
         mut push: impl FnMut(u32, DVec3),
     ) {
-        let way = f64::from(self.coupling.get()) * moment.h;
-        // Implicit, so that it is stable for any coupling.
-        let fraction = way / (1.0 + way);
+        let fraction = approach(self.coupling.get().into(), moment);
         for i in 0..topology.particles() as u32 {
             let mote = at(i);
             push(i, (self.air(mote.x) - mote.v) * fraction);

@@ -23,6 +23,13 @@ pub struct Moment {
     pub h: f64,
 }
 
+/// Fraction of the difference u − v to the velocity of the air that a particle takes in a substep of
+/// dv/dt = c (u − v): implicit, so that it is stable for any coupling c [1/s].
+pub(super) fn approach(coupling: f64, moment: Moment) -> f64 {
+    let way = coupling * moment.h;
+    way / (1.0 + way)
+}
+
 /// An external force.
 pub trait Force: Copy {
     /// Kind of the force.

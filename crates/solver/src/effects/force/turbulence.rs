@@ -1,7 +1,7 @@
 //! Turbulent air.
 
 use super::{
-    law::{Force, ForceKind, Moment, Mote},
+    law::{Force, ForceKind, Moment, Mote, approach},
     noise,
 };
 #[cfg(feature = "bevy")]
@@ -73,9 +73,7 @@ impl Force for Turbulence {
         at: impl Fn(u32) -> Mote,
         mut push: impl FnMut(u32, DVec3),
     ) {
-        let way = f64::from(self.coupling.get()) * moment.h;
-        // Implicit, so that it is stable for any coupling.
-        let fraction = way / (1.0 + way);
+        let fraction = approach(self.coupling.get().into(), moment);
         for i in 0..topology.particles() as u32 {
             let mote = at(i);
             push(i, (self.air(mote.x, moment.time) - mote.v) * fraction);
