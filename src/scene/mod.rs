@@ -38,7 +38,7 @@ pub mod run;
 pub mod save;
 mod spawn;
 mod stitches;
-mod substeps;
+pub(crate) mod substeps;
 
 pub use crate::simulation::{BodySkin, SceneEntity};
 pub use acceptance::{Acceptance, Check};

@@ -63,6 +63,22 @@ pub(super) fn choose<'a>(
     Some((substeps, bodies.iter().map(note).collect()))
 }
 
+/// A note about the substeps of a world for a body that is added to it, if they leave its edges too
+/// soft.
+pub(crate) fn note_on(body: &Body, settings: &Settings) -> Option<String> {
+    let substeps = settings.substeps.get();
+    let softness = softness(body, settings, substeps);
+    let required = required(body, settings);
+    (!softness.is_empty()).then(|| {
+        let advice = match required > substeps {
+            true => format!("; {required} would be chosen for it alone"),
+            false => String::new(),
+        };
+        let unit = if substeps == 1 { "substep" } else { "substeps" };
+        format!("the scene has {substeps} {unit} per tick{softness}{advice}")
+    })
+}
+
 /// Substeps at which the edges are as stiff as requested, within the limits.
 fn required(body: &Body, settings: &Settings) -> u32 {
     let scaled = |limit: f64| {
@@ -115,4 +131,36 @@ fn excess(body: &Body, stretch: &Stretch, settings: &Settings, substeps: u32) ->
     let h = settings.tick_seconds() / f64::from(substeps);
     let mobility = 2.0 * inverse / positions.len() as f64;
     h * h * mobility / (compliance / lengths.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        mesh::Primitive,
+        scene::mesh_file::material,
+        solver::{Body, Topology},
+    };
+    use std::sync::Arc;
+
+    #[test]
+    fn a_body_that_is_added_says_what_substeps_it_needs() {
+        let sphere = Primitive::Sphere {
+            radius: 0.2,
+            cells: 8,
+        };
+        let mesh = sphere.build().expect("sound");
+        let topology = Arc::new(Topology::new(mesh.shape).expect("sound"));
+        let (density, effects) = material(&topology);
+        let mut body = Body::new("ball", topology, density);
+        body.effects = effects.into();
+        let with = |substeps: u32| Settings {
+            substeps: Substeps::new(substeps).expect("sound"),
+            ..Settings::default()
+        };
+        let note = note_on(&body, &with(1)).expect("one substep is too few");
+        assert!(note.starts_with("the scene has 1 substep per tick, at which its edges"));
+        assert!(note.contains("would be chosen for it alone"), "{note}");
+        assert_eq!(note_on(&body, &with(1000)), None);
+    }
 }

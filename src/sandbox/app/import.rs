@@ -28,8 +28,10 @@ use crate::{
         },
         ui::message::Notices,
     },
-    scene::save::MeshSource,
-    simulation::{Action, Actions, NewBody, action, end_tick, plain::bodies_in_order},
+    scene::{save::MeshSource, substeps::note_on},
+    simulation::{
+        Action, Actions, NewBody, SimulationSettings, action, end_tick, plain::bodies_in_order,
+    },
     solver::Topology,
 };
 use place::Place;
@@ -187,6 +189,7 @@ fn enter(world: &mut World, import: Import, place: Place) {
     // Bodies are added between ticks: first ends a tick that is spread over frames.
     end_tick(world);
     let name = free_name(world, &import.name);
+    let is_file = matches!(import.source, MeshSource::File(_));
     let mut definition = world.get_resource_or_init::<OpenDefinition>();
     if let Some(definition) = &mut definition.0 {
         definition.note_mesh(&import.topology, import.source);
@@ -195,6 +198,10 @@ fn enter(world: &mut World, import: Import, place: Place) {
     body.effects = surroundings(world, body.effects);
     place.put(world, &mut body);
     let particles = body.particles.positions.len();
+    let mut notes = import.notes;
+    if is_file {
+        notes.extend(note_on(&body, world.resource::<SimulationSettings>()));
+    }
     let new = NewBody {
         body,
         skin: import.skin,
@@ -221,11 +228,11 @@ fn enter(world: &mut World, import: Import, place: Place) {
             crate::sandbox::ui::count(particles)
         ),
     };
-    for note in &import.notes {
+    for note in &notes {
         text.push_str("\n· ");
         text.push_str(note);
     }
-    if import.notes.is_empty() {
+    if notes.is_empty() {
         notices.info(text);
     } else {
         notices.warn(text);
