@@ -59,6 +59,9 @@
 //! | [`Uniform`](effect::Uniform) | the same acceleration everywhere | m/s² |
 //! | [`Attract`](effect::Attract) | point force: attraction or repulsion | position m, strength m³/s², radius m |
 //! | [`Vortex`](effect::Vortex) | air that rotates about a vertical axis | position m, angular speed rad/s, radius m, coupling 1/s |
+//! | [`Axis`](effect::Axis) | air that flows along, around and towards an axis | point m, speeds m/s, radius m, coupling 1/s |
+//! | [`Stream`](effect::Stream) | air that flows along a curve | four points m, speeds m/s, radius m, coupling 1/s |
+//! | [`Turbulence`](effect::Turbulence) | air in random motion | speed m/s, eddies m, rate and coupling 1/s |
 //! | [`Wind`](effect::Wind) | drag and lift on the triangles of the surface | wind and gusts m/s, density kg/m³, C_D, C_L |
 //! | [`Drag`](effect::Drag) | drag of a medium at rest | linear 1/s, quadratic 1/m |
 //! | [`NeoHookean`](effect::NeoHookean) | stable neo-Hookean tetrahedra | E Pa, ν, damping s |

@@ -8,7 +8,7 @@ impl Effect for Stitches {
     const NAME: &'static str = "stitches";
     const TITLE: &'static str = "Stitches";
     const SUMMARY: &'static str =
-        "Breakable joints between points of the body, to colliders, and to other bodies.";
+        "Breakable stitches between points of the body, to colliders, and to other bodies.";
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
     type State = ();

@@ -180,7 +180,10 @@ impl Stored {
             );
             world.bodies.push(body);
         }
-        check_joints(&world)?;
+        // A body alone, as it is added, is checked where it is.
+        if world.bodies.len() > 1 {
+            check_joints(&world)?;
+        }
         for StoredGrab { body, hold, glide } in self.grabs {
             let held = world.bodies.get_mut(body as usize);
             let grab = held.and_then(|body| body.effects.grab.as_mut());

@@ -10,7 +10,7 @@ use crate::{
     mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
     simulation::SpawnOrders,
     solver::{
-        Body, Chains, Collider, ColliderMesh, ColliderShape, Effects, ParticleIndex, Pose,
+        Body, Chains, Collider, ColliderMesh, ColliderShape, Cut, Effects, ParticleIndex, Pose,
         RestShape, Topology, VertexIndex, World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
@@ -430,13 +430,13 @@ fn body(
         return Err(wrong(spec, message));
     }
     check_effects(spec, topology).map_err(|message| wrong(spec, message))?;
-    cut(spec, &mut body)?;
-    body.stitches = stitches(spec, &body, colliders)?;
+    cut(spec, place, &mut body)?;
     body.pins = pins(spec, &body.topology, &body.particles.positions)?;
     body.update_masses();
     for &deformation in &spec.start {
         deform(&mut body.particles, deformation);
     }
+    body.stitches = stitches(spec, &body, colliders)?;
     let start = &mut body.tick_start.positions;
     start.clone_from(&body.particles.positions);
     body.set_velocity(spec.velocity);
@@ -525,16 +525,20 @@ fn turn_by(body: &mut Body, spin: Vec3) {
     }
 }
 
-/// Makes the initial cuts.
-fn cut(spec: &BodySpec, body: &mut Body) -> Result<(), SceneError> {
+/// Makes the initial cuts, which are moved with the copies of a body.
+fn cut(spec: &BodySpec, place: Vec3, body: &mut Body) -> Result<(), SceneError> {
     for (number, cut) in (1..).zip(&spec.cuts) {
+        let cut = Cut {
+            eye: cut.eye + (place - spec.position),
+            ..*cut
+        };
         let wrong = |message: &str| wrong(spec, format!("cut {number}: {message}"));
         if !cut.is_valid() {
             return Err(wrong(
                 "expected a finite eye and two finite rays that are not parallel",
             ));
         }
-        if !body.cut(cut) {
+        if body.cut(&cut).is_none() {
             return Err(wrong("it misses the body, or cuts nothing off"));
         }
     }

@@ -97,8 +97,8 @@ pub struct BodySpec {
     /// Points that are stitched together, to colliders, or to other bodies.
     #[serde(default)]
     pub stitches: Vec<StitchSpec>,
-    /// Initial cuts, each a triangle without end, in its initial pose. Everything inside of it comes
-    /// apart.
+    /// Initial cuts, each by the triangle without end between two rays from a point, in the
+    /// coordinates of the scene, before `start`. With copies, those of a body at its position.
     #[serde(default)]
     pub cuts: Vec<Cut>,
     /// Initial deformations, applied in order.
@@ -254,8 +254,8 @@ pub enum Pins {
     Roots(u32),
 }
 
-/// A stitch from a point of a body to another, to a collider or to another body, defined in the
-/// initial pose of the body.
+/// A stitch from a point of a body to another, to a collider or to another body, defined where the
+/// body is at the start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StitchSpec {

@@ -184,10 +184,14 @@ fn other_ends(
     };
     let Some(number) = world.bodies.iter().position(|body| body.name == *name) else {
         let names = world.bodies.iter().map(|body| body.name.as_str());
-        let valid = names.take(SHOWN).collect::<Vec<_>>().join(", ");
+        let names: Vec<_> = names.collect();
+        let mut valid = names[..names.len().min(SHOWN)].join(", ");
+        if names.len() > SHOWN {
+            valid += ", …";
+        }
         return Err(format!(
             "unknown body “{name}”{}; expected one of: {valid}",
-            similar(name, &valid)
+            similar(name, &names.join(", "))
         ));
     };
     if number == own {
@@ -196,21 +200,19 @@ fn other_ends(
         ));
     }
     let (body, other) = (&world.bodies[own], &world.bodies[number]);
-    if let Some(missing) = points.iter().find(|it| !it.fits(body.particles.len())) {
+    if let Some(missing) = points.iter().find_map(|point| missing(point, body)) {
+        let count = body.particles.len();
         return Err(format!(
-            "it refers to vertex {}, which the body does not have; it has {} vertices",
-            missing.nearest(),
-            body.particles.len()
+            "it refers to vertex {missing}, which the body does not have; it has {count} vertices"
         ));
     }
     let ends = match &spec.to {
         StitchTo::BodyPoint(_, point) => {
             let point = surface_point(*point, other)?;
-            if !point.fits(other.particles.len()) {
+            if let Some(missing) = missing(&point, other) {
+                let count = other.particles.len();
                 return Err(format!(
-                    "it refers to vertex {}, which “{name}” does not have; it has {} vertices",
-                    point.nearest(),
-                    other.particles.len()
+                    "it refers to vertex {missing}, which “{name}” does not have; it has {count} vertices"
                 ));
             }
             vec![point; points.len()]
@@ -227,6 +229,12 @@ fn other_ends(
     Ok(ends
         .map(|point| StitchEnd::Body { number, point })
         .collect())
+}
+
+/// A vertex of a point that the body does not have; such a vertex has kept its number.
+fn missing(point: &SurfacePoint, body: &Body) -> Option<ParticleIndex> {
+    let mut particles = point.terms().map(|(particle, _)| particle);
+    particles.find(|particle| particle.index() >= body.particles.len())
 }
 
 /// Number of names that a message lists.

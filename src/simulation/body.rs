@@ -179,22 +179,57 @@ pub(super) fn forget_collider(
     }
 }
 
-/// Breaks the stitches to a removed body, and renumbers stitches to later ones.
+/// Breaks the stitches of others to a removed body, wakes these, and renumbers stitches to later
+/// bodies.
 pub(super) fn forget_body(
     removed: On<Remove, SoftBody>,
     bodies: Query<(Entity, &SpawnOrder), With<SoftBody>>,
-    mut stitched: Query<&mut solver::Stitches>,
+    mut stitched: Query<(Entity, &mut solver::Stitches)>,
 ) {
     let Ok((_, order)) = bodies.get(removed.entity) else {
         return;
     };
-    if !stitched.iter().any(has_joints) {
+    // Its own are needed as they are to wake what they hold.
+    let mut number = None;
+    for (entity, mut stitches) in &mut stitched {
+        if entity == removed.entity || !has_joints(&stitches) {
+            continue;
+        }
+        let before = || bodies.iter().filter(|(_, other)| *other < order).count() as u32;
+        let number = *number.get_or_insert_with(before);
+        if stitches.bypass_change_detection().forget_body(number) {
+            stitches.set_changed();
+        }
+    }
+}
+
+/// Wakes the bodies to which removed stitches led.
+pub(super) fn release_joined(
+    removed: On<Remove, solver::Stitches>,
+    stitched: Query<&solver::Stitches>,
+    bodies: Query<(&SpawnOrder, Entity), With<SoftBody>>,
+    mut commands: Commands,
+) {
+    let Ok(stitches) = stitched.get(removed.entity) else {
+        return;
+    };
+    let numbers: Vec<_> = stitches
+        .intact_joints()
+        .map(|(_, number, _)| number)
+        .collect();
+    if numbers.is_empty() {
         return;
     }
-    let before = bodies.iter().filter(|(_, other)| *other < order);
-    let number = before.count() as u32;
-    for mut stitches in stitched.iter_mut().filter(|it| has_joints(it)) {
-        stitches.forget_body(number);
+    let mut bodies: Vec<_> = bodies.iter().collect();
+    bodies.sort_unstable();
+    for number in numbers {
+        if let Some((_, other)) = bodies.get(number as usize)
+            && let Ok(mut other) = commands.get_entity(*other)
+        {
+            other
+                .try_remove::<Asleep>()
+                .try_insert(RestTimer::default());
+        }
     }
 }
 
@@ -203,11 +238,12 @@ fn has_joints(stitches: &solver::Stitches) -> bool {
     all.any(|stitch| matches!(stitch.to, solver::StitchEnd::Body { .. }))
 }
 
-/// Changes the stitches of other bodies to `body`, given its number.
+/// Changes the stitches of other bodies to `body`, given its number. Those for which `change` returns
+/// true wake.
 pub(super) fn follow_joints(
     world: &mut World,
     body: Entity,
-    change: impl Fn(&mut solver::Stitches, u32),
+    change: impl Fn(&mut solver::Stitches, u32) -> bool,
 ) {
     let mut stitched = world.query::<&mut solver::Stitches>();
     if !stitched.iter(world).any(has_joints) {
@@ -218,8 +254,9 @@ pub(super) fn follow_joints(
         return;
     };
     for mut stitches in stitched.iter_mut(world) {
-        // No change of what is stitched, which would wake the body.
-        change(stitches.bypass_change_detection(), number as u32);
+        if change(stitches.bypass_change_detection(), number as u32) {
+            stitches.set_changed();
+        }
     }
 }
 

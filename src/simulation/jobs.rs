@@ -40,12 +40,13 @@ struct Joints {
 }
 
 impl Joints {
-    fn of<'a>(stitches: impl Iterator<Item = (SpawnOrder, Option<&'a Stitches>)> + Clone) -> Self {
+    /// Those of all bodies.
+    fn of<'a>(bodies: impl Iterator<Item = (SpawnOrder, Option<&'a Stitches>)> + Clone) -> Self {
         let has_joints = |it: &Stitches| it.intact_joints().next().is_some();
-        if !stitches.clone().any(|(_, it)| it.is_some_and(has_joints)) {
+        if !bodies.clone().any(|(_, it)| it.is_some_and(has_joints)) {
             return Self::default();
         }
-        let mut all: Vec<_> = stitches.collect();
+        let mut all: Vec<_> = bodies.collect();
         all.sort_unstable_by_key(|(order, _)| *order);
         let numbered = (0..)
             .zip(&all)
@@ -135,7 +136,8 @@ pub struct BodyContacts {
     /// The bodies that can touch, by their places.
     bodies: Vec<Entity>,
     touching: Vec<[Entity; 2]>,
-    /// Pairs of bodies that stitches join.
+    /// Bodies that stitches joined at the start of the tick, by their numbers and as entities.
+    joints: Joints,
     joined: Vec<[Entity; 2]>,
 }
 
@@ -193,7 +195,12 @@ impl BodyContacts {
         &self.touching
     }
 
-    /// Pairs of bodies that touched or that stitches join, which sleep and wake together.
+    /// Whether stitches joined a body to another at the start of the tick.
+    pub(super) fn joins(&self, body: SpawnOrder) -> bool {
+        self.joints.contain(body)
+    }
+
+    /// Pairs of bodies that touched or that stitches joined, which sleep and wake together.
     pub(super) fn islands(&self) -> impl Iterator<Item = [Entity; 2]> + '_ {
         self.touching.iter().chain(&self.joined).copied()
     }
@@ -222,6 +229,23 @@ impl Bodies<'_, '_> {
         bodies.any(|(.., particles, _, _, _, carried)| {
             !particles.repair.is_empty() || carried.effects().touches_surfaces(has_meshes)
         })
+    }
+
+    /// Begins a tick: finds the bodies that stitches join. They are stepped together to its end,
+    /// also where the last stitch between them breaks.
+    pub fn begin_tick(&mut self) {
+        let bodies = self.bodies.iter();
+        let all = bodies.map(|(entity, order, .., stitches, _, _)| (*order, entity, stitches));
+        let joints = Joints::of(all.clone().map(|(order, _, stitches)| (order, stitches)));
+        self.contacts.joined.clear();
+        if !joints.joined.is_empty() {
+            let mut sorted: Vec<_> = all.map(|(order, entity, _)| (order, entity)).collect();
+            sorted.sort_unstable();
+            let pairs = joints.joined.pairs().iter();
+            let pairs = pairs.map(|pair| pair.map(|number| sorted[number as usize].1));
+            self.contacts.joined.extend(pairs);
+        }
+        self.contacts.joints = joints;
     }
 
     /// Begins or continues a tick, and begins a substep.
@@ -331,8 +355,7 @@ impl Bodies<'_, '_> {
     ) {
         let mut jobs = reused(take(&mut *self.room));
         let has_meshes = self.current.has_meshes();
-        let stitches = self.bodies.iter();
-        let joints = Joints::of(stitches.map(|(_, order, .., stitches, _, _)| (*order, stitches)));
+        let joints = take(&mut self.contacts.joints);
         for (
             entity,
             order,
@@ -404,7 +427,7 @@ impl Bodies<'_, '_> {
                 contacts,
                 bodies,
                 touching: pairs,
-                joined,
+                ..
             } = &mut *self.contacts;
             let group = (0..).zip(touching.iter_mut()).map(|(place, job)| {
                 let is_active = job.is_active;
@@ -422,20 +445,12 @@ impl Bodies<'_, '_> {
             pairs.clear();
             let entity = |place: u32| bodies[place as usize];
             pairs.extend(contacts.touching().iter().map(|pair| pair.map(entity)));
-            let entity = |number: u32| {
-                let order = joints.orders.get(number as usize)?;
-                let job = touching.iter().find(|job| job.order == *order)?;
-                Some(job.entity)
-            };
-            let all = joints.joined.pairs().iter();
-            joined.clear();
-            joined.extend(all.filter_map(|&[a, b]| Some([entity(a)?, entity(b)?])));
         } else if can_step_together {
             self.contacts.contacts.clear();
             self.contacts.bodies.clear();
             self.contacts.touching.clear();
-            self.contacts.joined.clear();
         }
+        self.contacts.joints = joints;
         if let Some(watch) = &watch {
             self.profile.distribute(started.elapsed(), watch);
         }

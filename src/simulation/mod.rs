@@ -126,6 +126,7 @@ impl Plugin for SimulationPlugin {
             .add_observer(crate::effect::body_removed)
             .add_observer(body::complete_collider)
             .add_observer(body::forget_body)
+            .add_observer(body::release_joined)
             .add_observer(body::forget_collider);
         schedule::configure(app, self.schedule);
         app.add_systems(

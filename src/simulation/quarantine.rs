@@ -1,12 +1,13 @@
 //! Quarantine of diverged bodies.
 
 use super::{
-    BodyQuarantined, Quarantined, SolverThreads, body::shown_name, plain, step::CurrentSubstep,
+    BodyContacts, BodyQuarantined, Quarantined, SolverThreads, SpawnOrder, body::shown_name, plain,
+    step::CurrentSubstep,
 };
 use crate::solver::{
     Particles, Quarantine,
     advance::NotFinite,
-    body::{CONTACT, INPUT, USER, restore_at_rest},
+    body::{CONTACT, INPUT, JOINTS, USER, restore_at_rest},
 };
 use bevy::prelude::*;
 
@@ -19,8 +20,12 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let context = world
         .resource::<CurrentSubstep>()
         .context(world.resource::<SolverThreads>());
+    let order = world.get::<SpawnOrder>(entity).copied();
+    let is_joined = order.is_some_and(|order| world.resource::<BodyContacts>().joins(order));
     let other = if body.effects.touches_surfaces(context.swept.has_meshes()) {
         CONTACT
+    } else if is_joined {
+        JOINTS
     } else {
         USER
     };

@@ -67,6 +67,7 @@ pub(super) fn renew(
         commands.queue(move |world: &mut World| {
             follow_joints(world, entity, |stitches, number| {
                 stitches.follow_renewed(number, &renewed);
+                false
             });
             let (Some(grab), Ok(mut body)) = (grab, world.get_entity_mut(entity)) else {
                 return;

@@ -290,8 +290,8 @@ pub(super) fn run_substeps(
     let (start, mut next) = (clock.time, clock.next_substep.unwrap_or(0));
     if next == 0 {
         sorted.clear();
-        let all = colliders.iter(world);
-        sorted.extend(all.map(|(entity, order, _)| (*order, entity)));
+        let found = colliders.iter(world);
+        sorted.extend(found.map(|(entity, order, _)| (*order, entity)));
         sorted.sort_unstable();
         let mut current = world.resource_mut::<CurrentSubstep>();
         current.settings = settings;
@@ -302,6 +302,7 @@ pub(super) fn run_substeps(
             .filter_map(|&(_, entity)| world.get::<Collider>(entity));
         swept.fill(colliders, &settings, start);
         world.resource_mut::<CurrentSubstep>().swept = swept;
+        all(bodies, world).begin_tick();
         if world.resource::<EnergyLedger>().on {
             EnergyLedger::begin_tick(world, &settings, world.resource::<SimulationClock>().tick());
         }

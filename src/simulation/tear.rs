@@ -57,6 +57,7 @@ impl Followed {
     fn finish(&self, world: &mut World, body: Entity) {
         follow_joints(world, body, |stitches, number| {
             stitches.follow_torn(number, &self.torn);
+            false
         });
         if let Ok(mut body) = world.get_entity_mut(body) {
             self.move_grab(&mut body);

@@ -347,6 +347,15 @@ fn a_stream_flows_along_its_curve_and_ends() {
     assert_eq!(at(3.1, 0.1), None, "beyond the end");
     let (drawn, _) = at(-0.2, 0.0).expect("before the start");
     assert!(drawn.x > 4.0, "drawn in at the start: {drawn}");
+    // A straight line without handles has the same flow, and the same end.
+    let bare = Stream {
+        x1: finite(0.0),
+        x2: finite(3.0),
+        ..line
+    };
+    let (air, _) = bare.air(DVec3::ZERO).expect("at the start");
+    assert!(air.distance(DVec3::X * 4.0) < 1e-9, "{air}");
+    assert_eq!(bare.air(DVec3::X * 3.1), None, "beyond the end");
     // A quarter circle of radius 1 about the origin, to 3e-4 (the usual handles of 0.5523).
     let arc = Stream {
         x0: finite(1.0),

@@ -10,7 +10,7 @@ use crate::{
 use glam::{DVec3, Vec3};
 use pliant::{
     scene::Scene,
-    simulation::{Action, Actions, Asleep, SoftBody, action, plain},
+    simulation::{Action, Actions, Asleep, JustRestored, SoftBody, action, plain},
     solver::{
         Body, Compliance, Contact, Cut, Effects, Force, Order, ParticleIndex, Particles, Stitch,
         StitchEnd, Stitches, SurfacePoint, World, deform::Random, reference,
@@ -273,6 +273,114 @@ fn removing_a_body_breaks_stitches_to_it_and_renumbers_the_others() {
         .get::<Stitches>(bodies[1])
         .expect("it is stitched");
     assert_eq!(stitches.broken(), 32);
+}
+
+/// Stitches that broke refer to nothing: the number of their body may be that of another one, which
+/// has fewer particles and tears.
+#[test]
+fn stitches_that_are_broken_are_not_moved_with_another_body() {
+    let mut rope = body("rope", chain(20, 2.0), 0.1);
+    rope.effects.stretch = stretch(0.0);
+    let mut short = body("short", chain(4, 0.4), 0.1);
+    short.translate(Vec3::Y);
+    let links = [2, 3].map(|vertex| {
+        short
+            .particles
+            .position(short.topology.particle(vertex.into()))
+    });
+    let between = (links[0] + links[1]).as_vec3() / 2.0;
+    let mut weight = body_of_masses(point(), &[0.1]);
+    join(
+        &mut weight,
+        0,
+        &[[at(&[(0, 1.0)]), at(&[(20, 1.0)])]],
+        UNBREAKABLE,
+    );
+    let mut world = world(settings(0.0, 60.0, 10, 1), rope);
+    world.bodies.extend([short, weight]);
+    let cut = Cut {
+        eye: between + Vec3::Z,
+        rays: [Vec3::new(1.0, 0.0, -1.0), Vec3::new(-1.0, 0.0, -1.0)],
+    };
+    let (mut app, bodies, _) = app_of(&world);
+    app.world_mut().despawn(bodies[0]);
+    let mut actions = app.world_mut().resource_mut::<Actions>();
+    actions.push(Action::Cut {
+        body: bodies[1],
+        cut,
+    });
+    action::apply(app.world_mut());
+    ticks(&mut app, 2);
+    assert!(plain::capture(app.world_mut()).bodies[0].particles.len() > 5);
+    // The same without Bevy.
+    world.remove(0);
+    assert!(world.cut(0, &cut));
+    assert_eq!(world.bodies[1].stitches.broken(), 1);
+    world.tick();
+}
+
+/// A sleeping weight is stitched to a sleeping hook, or the hook to it; without the hook it falls.
+#[test]
+fn what_hung_from_a_removed_body_wakes() {
+    for owner in [0, 1] {
+        let mut world = cubes();
+        world.bodies[1].set_velocity(Vec3::ZERO);
+        world.bodies[1].translate(Vec3::new(-2.0, 1.0, 0.0));
+        world.bodies[1].effects.ground = None;
+        let one = at(&[(0, 1.0)]);
+        join(
+            &mut world.bodies[owner],
+            1 - owner as u32,
+            &[[one, one]],
+            UNBREAKABLE,
+        );
+        for body in &mut world.bodies {
+            body.fall_asleep();
+        }
+        let (mut app, bodies, _) = app_of(&world);
+        for body in &bodies {
+            app.world_mut().entity_mut(*body).insert(JustRestored);
+        }
+        ticks(&mut app, 5);
+        let is_asleep =
+            |app: &bevy::prelude::App| app.world().entity(bodies[1]).contains::<Asleep>();
+        assert!(is_asleep(&app), "owner {owner}: it sleeps");
+        app.world_mut().despawn(bodies[0]);
+        ticks(&mut app, 2);
+        assert!(!is_asleep(&app), "owner {owner}: it falls in Bevy");
+        world.remove(0);
+        assert!(!world.bodies[0].asleep, "owner {owner}: it falls");
+    }
+}
+
+/// The rope has no contact, the cubes have; the stitch breaks in the middle of a tick, and the group
+/// stays what it was.
+#[test]
+fn a_stitch_that_breaks_leaves_the_contacts_of_others_alone() {
+    let mut world = row(true, f32::INFINITY);
+    world.bodies.truncate(3);
+    world.bodies[1].stitches = Stitches::default();
+    for (i, body) in world.bodies.iter_mut().enumerate() {
+        body.translate(
+            Vec3::new(0.0, 0.302 * i as f32, 0.0) - body.particles.position(0).as_vec3(),
+        );
+    }
+    let mut rope = body("rope", chain(3, 0.3), 0.1);
+    rope.effects.stretch = stretch(1e-6);
+    let place = world.bodies[0].particles.position(0).as_vec3();
+    let end = rope.particles.position(0).as_vec3();
+    rope.translate(place - end);
+    // Its weight is 0.29 N; it breaks while it swings down.
+    join(
+        &mut rope,
+        1,
+        &[[at(&[(0, 1.0)]), at(&[(0, 1.0)])]],
+        (0.0, 0.1),
+    );
+    world.bodies.insert(0, rope);
+    let (world, contacts) = deterministic(world, 40);
+    assert_eq!(world.bodies[0].stitches.broken(), 1);
+    assert!(contacts > 0, "the cubes touch");
 }
 
 /// A cut through the other body renumbers its particles: the stitch stays where it was.

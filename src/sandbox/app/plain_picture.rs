@@ -27,6 +27,13 @@ const WARM_UP: u32 = 6;
 #[derive(Resource, Debug, Default)]
 struct Coming(Option<(Entity, u32)>);
 
+/// Whether a picture is about to be taken.
+pub(super) fn is_coming(world: &World) -> bool {
+    world
+        .get_resource::<Coming>()
+        .is_some_and(|coming| coming.0.is_some())
+}
+
 /// Takes pictures without the panel.
 pub struct PlainPicturePlugin;
 

@@ -239,7 +239,10 @@ impl Definition {
             });
         }
         let mut bodies = self.bodies.iter();
-        let built = bodies.find(|it| Arc::ptr_eq(&it.body.topology, topology))?;
+        // A body with initial cuts has another mesh than its entry names.
+        let built = bodies.find(|it| {
+            Arc::ptr_eq(&it.body.topology, topology) && self.scene.bodies[it.spec].cuts.is_empty()
+        })?;
         let spec = &self.scene.bodies[built.spec];
         Some((spec.primitive, spec.mesh.clone()))
     }

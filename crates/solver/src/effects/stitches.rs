@@ -31,7 +31,8 @@ pub enum StitchEnd {
         /// Position in the local frame of the collider [m].
         place: Vec3,
     },
-    /// A point of another body.
+    /// A point of another body. [`World::remove`](crate::World::remove) and
+    /// [`World::cut`](crate::World::cut) keep such stitches up to date.
     Body {
         /// Number of the body, from 0, in the order of spawning.
         number: u32,
@@ -199,22 +200,26 @@ impl Stitches {
     }
 
     /// Updates stitches when body number `gone` is removed: those to it break, and higher numbers
-    /// decrease by one.
-    pub fn forget_body(&mut self, gone: u32) {
+    /// decrease by one. Returns whether any breaks.
+    pub fn forget_body(&mut self, gone: u32) -> bool {
+        let breaks = self.break_joints(gone);
         for stitch in &mut self.all {
             if let StitchEnd::Body { number, .. } = &mut stitch.to {
-                stitch.broken |= *number == gone;
                 *number -= u32::from(*number > gone);
             }
         }
+        breaks
     }
 
-    /// Breaks the stitches to body number `other`, whose mesh was replaced.
-    pub fn break_joints(&mut self, other: u32) {
+    /// Breaks the stitches to body number `other`, and returns whether there were any.
+    pub fn break_joints(&mut self, other: u32) -> bool {
+        let mut breaks = false;
         for stitch in &mut self.all {
             let joins = matches!(stitch.to, StitchEnd::Body { number, .. } if number == other);
+            breaks |= joins && !stitch.broken;
             stitch.broken |= joins;
         }
+        breaks
     }
 
     /// Force of each stitch [N], after a substep of `h` seconds.

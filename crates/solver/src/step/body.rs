@@ -32,6 +32,9 @@ pub const USER: &str = "a user's system";
 /// Stage of a [`Quarantine`] that was not caused by a stage of the body, for a body with contact.
 pub const CONTACT: &str = "contact";
 
+/// The same for a body without contact that stitches join to another.
+pub const JOINTS: &str = "stitches";
+
 /// A soft body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
@@ -159,10 +162,10 @@ impl Body {
         self.split(|stepper, masses, start| stepper.tear(masses, start, settings))
     }
 
-    /// Cuts the body between ticks; returns whether the cut hit it.
-    pub fn cut(&mut self, cut: &crate::Cut) -> bool {
+    /// Cuts the body between ticks; returns what has become of its particles, if the cut hit it.
+    /// [`World::cut`](crate::World::cut) also updates stitches of other bodies to it.
+    pub fn cut(&mut self, cut: &crate::Cut) -> Option<Torn> {
         self.split(|stepper, masses, start| stepper.cut(cut, masses, start))
-            .is_some()
     }
 
     fn split(

@@ -18,6 +18,8 @@ use glam::DVec3;
 pub struct Joined {
     /// Pairs of numbers, without duplicates.
     pairs: Vec<[u32; 2]>,
+    /// All numbers in them, sorted.
+    numbers: Vec<u32>,
 }
 
 impl Joined {
@@ -33,7 +35,10 @@ impl Joined {
             .collect();
         pairs.sort_unstable();
         pairs.dedup();
-        Self { pairs }
+        let mut numbers = pairs.as_flattened().to_vec();
+        numbers.sort_unstable();
+        numbers.dedup();
+        Self { pairs, numbers }
     }
 
     /// Whether none are joined.
@@ -45,7 +50,7 @@ impl Joined {
     /// Whether a body is joined to another.
     #[must_use]
     pub fn contains(&self, number: u32) -> bool {
-        self.pairs.iter().any(|pair| pair.contains(&number))
+        self.numbers.binary_search(&number).is_ok()
     }
 
     /// The pairs of joined bodies, sorted, without duplicates.

@@ -109,16 +109,6 @@ impl Stitches {
     /// Moves the stitches of other bodies to body number `other` to its particles after it was
     /// renewed; those of grains that have disappeared break.
     pub fn follow_renewed(&mut self, other: u32, renewed: &Renewed) {
-        for stitch in self.all_mut() {
-            match &mut stitch.to {
-                StitchEnd::Body { number, point } if *number == other => {
-                    match renewed.point(point) {
-                        Some(moved) => *point = moved,
-                        None => stitch.broken = true,
-                    }
-                }
-                _ => {}
-            }
-        }
+        self.follow_joints(other, |point| renewed.point(point));
     }
 }

@@ -42,8 +42,8 @@ impl Stepper<'_> {
     }
 
     /// Cuts the body between ticks. `start` is the state at the start of the last tick. Returns
-    /// what has become of its particles; `None` if the cut misses it. Stitches that the cut crosses
-    /// break.
+    /// what has become of its particles; `None` if the cut misses it. Stitches within the body that the
+    /// cut crosses break.
     pub fn cut(&mut self, cut: &Cut, masses: Masses, start: &mut Particles) -> Option<Torn> {
         let particles = &*self.particles;
         let at = |i: usize| particles.position(i);
@@ -132,12 +132,28 @@ impl Stitches {
         }
     }
 
-    /// Moves the stitches of other bodies to body number `other` to its points after it was torn.
+    /// Moves the intact stitches of other bodies to body number `other` to its points after it was
+    /// torn. Those to particles that it does not have break.
     pub fn follow_torn(&mut self, other: u32, torn: &Torn) {
-        for stitch in self.all_mut() {
-            match &mut stitch.to {
-                StitchEnd::Body { number, point } if *number == other => *point = torn.point(point),
-                _ => {}
+        self.follow_joints(other, |point| {
+            point.fits(torn.places.len()).then(|| torn.point(point))
+        });
+    }
+
+    /// Moves the points of intact stitches to body number `other`; those for which there is none break.
+    pub(crate) fn follow_joints(
+        &mut self,
+        other: u32,
+        moved: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
+    ) {
+        for stitch in self.all_mut().iter_mut().filter(|stitch| !stitch.broken) {
+            if let StitchEnd::Body { number, point } = &mut stitch.to
+                && *number == other
+            {
+                match moved(point) {
+                    Some(moved) => *point = moved,
+                    None => stitch.broken = true,
+                }
             }
         }
     }

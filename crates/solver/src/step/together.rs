@@ -162,19 +162,21 @@ pub fn must_step_together<'a>(
     joined: &Joined,
     has_meshes: bool,
 ) -> bool {
-    if !joined.is_empty() {
-        return true;
-    }
+    let mut is_any_active = false;
     let (mut others, mut is_any_stepped) = (0, false);
     let (mut touches_itself, mut touches_meshes, mut is_any_rigid) = (false, false, false);
     for (effects, is_stepped) in bodies {
+        is_any_active |= is_stepped;
         others += usize::from(effects.contact.is_some());
         is_any_stepped |= is_stepped && effects.can_touch();
         touches_itself |= is_stepped && effects.self_contact.is_some();
         is_any_rigid |= is_stepped && effects.is_rigid();
         touches_meshes |= is_stepped && has_meshes && effects.collide.is_some();
     }
-    is_any_stepped && (others > 1 || touches_itself) || touches_meshes || is_any_rigid
+    is_any_stepped && (others > 1 || touches_itself)
+        || touches_meshes
+        || is_any_rigid
+        || is_any_active && !joined.is_empty()
 }
 
 /// Performs some substeps of a tick. A failed body keeps its state, and the others continue without

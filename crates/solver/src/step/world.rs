@@ -2,12 +2,12 @@
 //! it.
 
 use super::{
-    body::{CONTACT, restore_at_rest},
+    body::{CONTACT, JOINTS, restore_at_rest},
     joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
 };
 use crate::{
-    Body, Collider, Contacts, Settings, Threads, WorkEstimate,
+    Body, Collider, Contacts, Cut, Settings, Threads, WorkEstimate,
     advance::StepContext,
     contact::{
         collider::{Swept, SweptCollider},
@@ -131,6 +131,42 @@ impl World {
         self.tick += 1;
     }
 
+    /// Removes a body. Stitches of others to it break, and these wake.
+    ///
+    /// # Panics
+    /// If there is no body of this number, from 0.
+    pub fn remove(&mut self, number: usize) -> Body {
+        let gone = self.bodies.remove(number);
+        let joined = gone
+            .stitches
+            .intact_joints()
+            .map(|(_, other, _)| other as usize);
+        let joined: Vec<usize> = joined.filter(|other| *other != number).collect();
+        for other in joined {
+            let place = other - usize::from(other > number);
+            if let Some(body) = self.bodies.get_mut(place) {
+                body.wake();
+            }
+        }
+        for body in &mut self.bodies {
+            if body.stitches.forget_body(number as u32) {
+                body.wake();
+            }
+        }
+        gone
+    }
+
+    /// Cuts a body between ticks; returns whether the cut hit it. Stitches of other bodies follow.
+    ///
+    /// # Panics
+    /// If there is no body of this number, from 0.
+    pub fn cut(&mut self, number: usize, cut: &Cut) -> bool {
+        let torn = self.bodies[number].cut(cut);
+        let stitches = self.bodies.iter_mut().map(|body| &mut body.stitches);
+        joints::follow(stitches, number as u32, torn.as_ref(), None);
+        torn.is_some()
+    }
+
     /// Number of edge–triangle [crossings].
     #[must_use]
     pub fn crossings(&self) -> usize {
@@ -180,7 +216,11 @@ fn advance_together(bodies: &mut [Member], contacts: &mut Contacts, context: &St
     let results: Vec<_> = group.into_iter().map(|it| it.result).collect();
     for (Member { body, .. }, result) in bodies.iter_mut().zip(results) {
         if let Err(error) = result {
-            body.quarantine = Some(body.find_cause(error, CONTACT, context));
+            let other = match body.effects.touches_surfaces(context.swept.has_meshes()) {
+                true => CONTACT,
+                false => JOINTS,
+            };
+            body.quarantine = Some(body.find_cause(error, other, context));
             restore_at_rest(&mut body.particles, &body.tick_start.positions);
         }
     }

@@ -2,7 +2,7 @@
 //! is open closes the window without saving.
 
 use super::{card::Card, save, unsaved::Baseline};
-use crate::sandbox::app::film;
+use crate::sandbox::app::{film, plain_picture};
 use bevy::{
     ecs::message::MessageCursor,
     prelude::*,
@@ -33,7 +33,8 @@ pub(super) fn close(
         film::stop(world);
     }
     let mut pictures = world.query_filtered::<(), With<Screenshot>>();
-    if !closing.is_empty() && *waited < PATIENCE && pictures.iter(world).next().is_some() {
+    let is_pending = pictures.iter(world).next().is_some() || plain_picture::is_coming(world);
+    if !closing.is_empty() && *waited < PATIENCE && is_pending {
         *waited += 1;
         world.write_message(RequestRedraw);
         return;

@@ -574,6 +574,8 @@ impl Contacts {
             return;
         }
         self.is_valid = false;
+        // Its places are those of the bodies before.
+        self.touching.clear();
         self.members.clear();
         self.rigids.clear();
         let mut first = 0;

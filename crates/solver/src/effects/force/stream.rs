@@ -104,9 +104,9 @@ impl Stream {
     #[must_use]
     pub fn air(&self, place: DVec3) -> Option<(DVec3, f64)> {
         let curve = Curve(self.points());
-        let (t, tangent) = curve.nearest(place);
+        let t = curve.nearest(place);
         let arm = place - curve.at(t);
-        let direction = tangent.normalize_or_zero();
+        let direction = curve.direction(t);
         if t == 1.0 && arm.dot(direction) > 0.0 {
             return None;
         }
@@ -137,8 +137,21 @@ impl Curve {
         [first, second]
     }
 
-    /// Parameter of the point nearest to a position, from 0 to 1, and the derivative there.
-    fn nearest(&self, place: DVec3) -> (f64, DVec3) {
+    /// Direction of the curve, a unit vector; zero if it is a point.
+    fn direction(&self, t: f64) -> DVec3 {
+        // The derivative vanishes at an end that coincides with its control point.
+        let [a, b, c, d] = self.0;
+        let others = match t < 0.5 {
+            true => [c - a, d - a],
+            false => [d - b, d - a],
+        };
+        let all = [self.derivatives(t)[0], others[0], others[1]];
+        let found = all.into_iter().find_map(DVec3::try_normalize);
+        found.unwrap_or_default()
+    }
+
+    /// Parameter of the point nearest to a position, from 0 to 1.
+    fn nearest(&self, place: DVec3) -> f64 {
         let samples = (0..=PARTS).map(|i| i as f64 / PARTS as f64);
         let distance = |t: f64| self.at(t).distance_squared(place);
         let mut t = samples.fold(0.0, |best, t| match distance(t) < distance(best) {
@@ -157,7 +170,7 @@ impl Curve {
                 }
             }
         }
-        (t, self.derivatives(t)[0])
+        t
     }
 }
 
