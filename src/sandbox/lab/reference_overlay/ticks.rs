@@ -11,7 +11,7 @@ use crate::{
         SolverThreads, TickStart,
         plain::{self, bodies_in_order},
     },
-    solver::{self, Particles, Threads},
+    solver::{self, Particles, Threads, step::joints::Joined},
 };
 use bevy::{ecs::message::MessageCursor, prelude::*};
 use std::sync::Arc;
@@ -34,14 +34,20 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
         .next()
         .map_or(Vec3::ZERO, GlobalTransform::translation);
     let mut copy = plain::capture(world);
+    let stitches = (0..).zip(copy.bodies.iter().map(|body| &body.stitches));
+    let joined = Joined::of(stitches, copy.bodies.len());
     let mut all: Vec<_> = std::mem::take(&mut copy.bodies)
         .into_iter()
         .zip(reference_overlay.bodies.iter().copied())
-        .filter(|(body, entity)| {
+        .zip(0..)
+        .filter(|((body, entity), number)| {
             reference_overlay.chosen.contains(*entity)
                 && body.quarantine.is_none()
                 && !is_renewed(body)
+                // Each reference is alone: it would come off what it is stitched to.
+                && !joined.contains(*number)
         })
+        .map(|(one, _)| one)
         .collect();
     all.sort_by(|(a, _), (b, _)| distance(a, eye).total_cmp(&distance(b, eye)));
     let (bodies, entities): (_, Vec<_>) = all.into_iter().unzip();
@@ -51,7 +57,7 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
     reference_overlay.began = copy.tick;
     if entities.is_empty() {
         reference_overlay.trouble =
-            Some("No body to compare: add a body, or restore one that diverged. Bodies with an emitter or a sink have no reference.".to_owned());
+            Some("No body to compare: add a body, or restore one that diverged. Bodies with an emitter or a sink, and those that are stitched to others, have no reference.".to_owned());
         return;
     }
     match Follower::start(copy, entities, room) {
