@@ -65,6 +65,7 @@ pub(super) fn choose<'a>(
 
 /// A note about the substeps of a world for a body that is added to it, if they leave its edges too
 /// soft.
+#[cfg(feature = "window")]
 pub(crate) fn note_on(body: &Body, settings: &Settings) -> Option<String> {
     let substeps = settings.substeps.get();
     let softness = softness(body, settings, substeps);
@@ -133,7 +134,7 @@ fn excess(body: &Body, stretch: &Stretch, settings: &Settings, substeps: u32) ->
     h * h * mobility / (compliance / lengths.len() as f64)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "window"))]
 mod tests {
     use super::*;
     use crate::{
