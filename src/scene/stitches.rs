@@ -61,7 +61,7 @@ pub(super) fn join(scene: &Scene, world: &mut World) -> Result<(), SceneError> {
         if spec.stitches.iter().any(|it| joins(&it)) {
             for own in first..first + copies {
                 let body = &world.bodies[own];
-                // Those that it has come from other entries of the file.
+                // The others have been checked, so that their numbers are not needed again.
                 let mut all: Vec<Numbered> = body
                     .stitches
                     .all()

@@ -1,9 +1,9 @@
 //! Stitches between bodies: which bodies they join, and their constraints.
 //!
 //! Joined bodies are stepped [together](super::together), and sleep and wake together. A stitch
-//! belongs to one of the two; after the constraints of all bodies, before grabs, rods and contacts, each gets
-//! Δλ = −(C + α̃λ)/(W + α̃) for C = a − b [m], as [within a body](crate::Stitches). Both ends receive
-//! opposite forces, so that momentum is conserved.
+//! belongs to one of the two. It is solved after the constraints of all bodies, before grabs, rods
+//! and contacts: Δλ = −(C + α̃λ)/(W + α̃) for C = a − b [m], as [within a body](crate::Stitches). Both
+//! ends receive opposite forces, so that momentum is conserved.
 
 use super::substep::Substep;
 use crate::{
@@ -23,8 +23,8 @@ pub struct Joined {
 }
 
 impl Joined {
-    /// Those of bodies with these numbers and stitches. Stitches to bodies that do not exist join
-    /// nothing, if they are not below `count`.
+    /// Those of bodies with these numbers and stitches. A stitch to a number that is not below
+    /// `count` joins nothing.
     pub fn of<'a>(stitches: impl Iterator<Item = (u32, &'a Stitches)>, count: usize) -> Self {
         let mut pairs: Vec<_> = stitches
             .flat_map(|(number, stitches)| {

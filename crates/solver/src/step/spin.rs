@@ -12,8 +12,8 @@
 //! rotational energy is added, so that the stability of the method does not change.
 //!
 //! A body is free in a substep if it has no pins and no grab, touches nothing, is not stitched to a
-//! collider or another body, and only uniform forces act on it. Otherwise it is stepped as without this option. The
-//! cost is two passes over the particles, in `f64`, on one thread.
+//! collider or another body, and only uniform forces act on it. Otherwise it is stepped as without
+//! this option. The cost is two passes over the particles, in `f64`, on one thread.
 
 use crate::{
     Effects, ForceKind, Particles, StitchEnd, Stitches,

@@ -42,8 +42,8 @@ impl Stepper<'_> {
     }
 
     /// Cuts the body between ticks. `start` is the state at the start of the last tick. Returns
-    /// what has become of its particles; `None` if the cut misses it. Stitches within the body that the
-    /// cut crosses break.
+    /// what has become of its particles; `None` if the cut misses it. Stitches within the body that
+    /// the cut crosses break.
     pub fn cut(&mut self, cut: &Cut, masses: Masses, start: &mut Particles) -> Option<Torn> {
         let particles = &*self.particles;
         let at = |i: usize| particles.position(i);
@@ -140,7 +140,7 @@ impl Stitches {
         });
     }
 
-    /// Moves the points of intact stitches to body number `other`; those for which there is none break.
+    /// Moves the points of intact stitches to body number `other`; those without a new point break.
     pub(crate) fn follow_joints(
         &mut self,
         other: u32,
