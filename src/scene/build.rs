@@ -10,8 +10,8 @@ use crate::{
     mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
     simulation::SpawnOrders,
     solver::{
-        Body, Chains, Collider, ColliderMesh, ColliderShape, Cut, Effects, ParticleIndex, Pose,
-        RestShape, Topology, VertexIndex, World,
+        Body, Chains, Collider, ColliderMesh, ColliderShape, Cut, Effects, MAX_COORDINATE,
+        ParticleIndex, Pose, RestShape, Topology, VertexIndex, World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
         quantity::finite,
@@ -342,13 +342,20 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
         let [x, y, z] = copies.count.to_array().map(u64::from);
         x.saturating_mul(y).saturating_mul(z)
     });
-    if (1..=MAX_COPIES).contains(&count) {
-        Ok(())
-    } else {
+    if !(1..=MAX_COPIES).contains(&count) {
         let message =
             format!("the number of copies is {count}, but must be between 1 and {MAX_COPIES}");
-        Err(wrong(spec, message))
+        return Err(wrong(spec, message));
     }
+    let is_far = |place: &Vec3| f64::from(place.abs().max_element()) > MAX_COORDINATE;
+    if let Some(place) = places(spec).into_iter().find(is_far) {
+        let message = format!(
+            "position is {place}, but must be within {MAX_COORDINATE} m of the origin along each axis; \
+             move the whole scene nearer to it"
+        );
+        return Err(wrong(spec, message));
+    }
+    Ok(())
 }
 
 /// Maximum number of copies of a body.

@@ -211,6 +211,21 @@ fn an_error_in_a_body_names_the_body_and_the_valid_input() {
         &["“b”", "position is [0, NaN, 0]", "three finite numbers"],
     );
     says(
+        &complaint("density: 1000", "position: (0.0, -3.4e38, 0.0)"),
+        &[
+            "“b”",
+            "within 100000 m of the origin",
+            "move the whole scene",
+        ],
+    );
+    says(
+        &complaint(
+            "density: 1000",
+            "copies: (count: (1, 2, 1), spacing: (0.0, 2e9, 0.0))",
+        ),
+        &["“b”", "position is [0, 2000000000, 0]", "within 100000 m"],
+    );
+    says(
         &complaint("density: 1000", "added_mass: [(27, 1.0)]"),
         &["“b”", "vertex 27", "0 to 26"],
     );

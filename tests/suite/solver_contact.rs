@@ -71,6 +71,27 @@ fn max_crossings(world: &mut World, count: usize) -> (usize, usize) {
     })
 }
 
+/// Far from the origin, bodies find no more that may touch than near it; beyond the largest coordinate,
+/// they find nothing.
+#[test]
+fn finding_contacts_costs_the_same_anywhere() {
+    let candidates = |place: f32| {
+        let mut world = World::default();
+        for height in [0.0, 0.01] {
+            let mut cloth = cloth(1.0, 32);
+            cloth.translate(Vec3::new(place, height, 0.0));
+            world.bodies.push(cloth);
+        }
+        world.tick();
+        world.contacts.counts().candidates
+    };
+    let near = candidates(0.0);
+    assert!(near > 0, "two sheets on each other");
+    // The same claims, with positions of 48 bits: 0.4 nm there.
+    assert!(candidates(9.9e4).abs_diff(near) <= near / 100);
+    assert_eq!(candidates(1.1e5), 0);
+}
+
 #[test]
 fn a_body_lies_on_another_at_the_thickness_of_their_contact() {
     let mut world = two_cubes();

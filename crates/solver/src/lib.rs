@@ -60,7 +60,7 @@ pub use ledger::Ledger;
 pub use method::Method;
 pub use modes::Modes;
 pub use parallel::threads::{MAX_THREADS, Threads, ThreadsError, WorkEstimate, available};
-pub use particles::Particles;
+pub use particles::{MAX_COORDINATE, Particles};
 pub use quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, CollisionIterations, Compliance,
     ContactThickness, Creep, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Fraction,

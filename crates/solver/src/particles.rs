@@ -17,6 +17,10 @@ use serde::{Deserialize, Serialize};
 /// Length of a substep [s] before the first one: that of default settings.
 const FIRST_SUBSTEP: f32 = 1.0 / 600.0;
 
+/// Largest coordinate [m] at which a scene places bodies, and at which bodies touch. Boxes around
+/// them have single precision: farther out, they are so coarse that everything seems to touch.
+pub const MAX_COORDINATE: f64 = 1e5;
+
 /// Particles as columns of 16-byte elements.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]

@@ -5,7 +5,9 @@ use super::{
     closest::Kind,
     contacts::{Between, Contacts, HORIZON, Member, Piece},
 };
-use crate::{Threads, WorkEstimate, lanes::Instructions, topology::surface::Patch};
+use crate::{
+    Threads, WorkEstimate, lanes::Instructions, particles::MAX_COORDINATE, topology::surface::Patch,
+};
 use glam::{DVec3, Vec3A};
 use std::ops::Range;
 
@@ -86,10 +88,11 @@ pub(super) struct Scratch {
     finders: Vec<Finder>,
     /// Indices of the pairs of pieces whose candidates are to be found.
     lost: Vec<u32>,
-    /// Bounding box of each piece in its frame, and of its motion.
+    /// Bounding box of each piece in its frame.
     piece_boxes: Vec<Bounds>,
-    swept_boxes: Vec<Bounds>,
-    order: Vec<(f32, u32)>,
+    /// Lower and upper corner of a box around the motion of each piece [m].
+    swept_boxes: Vec<[DVec3; 2]>,
+    order: Vec<(f64, u32)>,
     /// Batches and candidates of the previous detection.
     before: Found,
 }
@@ -302,23 +305,25 @@ impl Contacts {
         order.clear();
         swept_boxes.clear();
         for ((piece, bounds), number) in self.pieces.iter().zip(piece_boxes).zip(0..) {
-            let at = piece.origin.as_vec3a();
-            let rounding = at.abs().max_element() * SLACK;
-            let reach = piece.half_thickness + piece.slack + rounding;
-            let moved = bounds.displaced(&piece.claim.bounds());
-            let around = moved.displaced(&Bounds::around(at, at)).grown(reach);
-            order.push((around.low.x, number));
+            let at = piece.origin;
+            let reach = piece.half_thickness + piece.slack;
+            let moved = bounds.displaced(&piece.claim.bounds()).grown(reach);
+            let around = [moved.low, moved.high].map(|corner| at + corner.as_dvec3());
             swept_boxes.push(around);
+            if at.abs().max_element() <= MAX_COORDINATE {
+                order.push((around[0].x, number));
+            }
         }
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (place, &(_, a)) in order.iter().enumerate() {
-            let around = swept_boxes[a as usize];
-            for &(low, b) in &order[place..] {
-                if low > around.high.x {
+            let [low, high] = swept_boxes[a as usize];
+            for &(next, b) in &order[place..] {
+                if next > high.x {
                     break;
                 }
+                let [other_low, other_high] = swept_boxes[b as usize];
                 if (is_lost(a) || is_lost(b))
-                    && around.meets(&swept_boxes[b as usize])
+                    && (low.cmple(other_high) & high.cmpge(other_low)).all()
                     && let [of_a, of_b] =
                         [a, b].map(|piece| &self.members[self.pieces[piece as usize].member])
                     && let Some(between) = of_a.between(of_b)
