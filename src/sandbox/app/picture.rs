@@ -32,9 +32,9 @@ use bevy::{
     log::LogPlugin,
     prelude::*,
     render::{
-        RenderPlugin,
+        RenderApp, RenderPlugin,
         pipelined_rendering::PipelinedRenderingPlugin,
-        render_resource::{Extent3d, TextureDimension, TextureFormat},
+        render_resource::{Extent3d, PipelineCache, TextureDimension, TextureFormat},
         view::screenshot::{Screenshot, ScreenshotCaptured},
     },
     window::ExitCondition,
@@ -187,6 +187,7 @@ fn render(
         .entity_mut(eye)
         .insert((OrbitCamera::at(orbit), orbit.transform()));
     app.update();
+    wait_for_shaders(&mut app);
     capture(&mut app, target)
 }
 
@@ -194,6 +195,19 @@ fn render(
 fn orbit(built: &BuiltScene, camera: Option<CameraSpec>, size: UVec2) -> Orbit {
     let direction = camera.map_or_else(Orbit::default, |it| Orbit::look(it.eye, it.target));
     direction.fitting(&Subject::of(built).points, &FreeArea::whole(size.as_vec2()))
+}
+
+/// Draws frames until nothing waits for its shader, which is loaded beside them: bodies would be
+/// missing in the image.
+fn wait_for_shaders(app: &mut App) {
+    for _ in 0..PATIENCE {
+        app.update();
+        let world = app.sub_app(RenderApp).world();
+        let mut waiting = world.resource::<PipelineCache>().waiting_pipelines();
+        if waiting.next().is_none() {
+            return;
+        }
+    }
 }
 
 /// The captured image.
