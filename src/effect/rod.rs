@@ -8,7 +8,7 @@ use super::{
 use crate::{
     simulation::SoftBody,
     solver::{
-        BodyEffectKind, Chains, Damping, PoissonRatio, Rod, RodRadius, Settings, YoungsModulus,
+        BodyEffectKind, Damping, PoissonRatio, Rod, RodRadius, RodShape, Settings, YoungsModulus,
         advance::Stage,
     },
 };
@@ -18,7 +18,7 @@ impl Effect for Rod {
     const NAME: &'static str = "rod";
     const TITLE: &'static str = "Rod";
     const SUMMARY: &'static str =
-        "Chains of edges resist stretching, shear, bending and twist. Solved directly.";
+        "Edges resist stretching, shear, bending and twist. Solved directly.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             youngs_modulus: YoungsModulus, "Young's modulus", "Pa",
@@ -51,7 +51,9 @@ impl Effect for Rod {
 
     fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
         let topology = &body.get::<SoftBody>()?.0;
-        Chains::of(topology).err().map(|reason| reason.to_string())
+        RodShape::of(topology)
+            .err()
+            .map(|reason| reason.to_string())
     }
 
     fn elements(&self, body: &EntityRef) -> usize {

@@ -10,8 +10,8 @@ use crate::{
     mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
     simulation::SpawnOrders,
     solver::{
-        Body, Chains, Collider, ColliderMesh, ColliderShape, Cut, Effects, MAX_COORDINATE,
-        ParticleIndex, Pose, RestShape, Topology, VertexIndex, World,
+        Body, Collider, ColliderMesh, ColliderShape, Cut, Effects, MAX_COORDINATE, ParticleIndex,
+        Pose, RestShape, RodShape, Topology, VertexIndex, World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
         quantity::finite,
@@ -573,7 +573,7 @@ fn check_effects(spec: &BodySpec, topology: &Topology) -> Result<(), String> {
         return Err("`tear` needs elements that could break; grains have none".to_owned());
     }
     match effects.rod {
-        Some(_) => Chains::of(topology)
+        Some(_) => RodShape::of(topology)
             .map(drop)
             .map_err(|error| format!("`rod`: {error}")),
         None => Ok(()),

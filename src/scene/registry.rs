@@ -120,6 +120,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "rope" Ropes 4.0,
     "rods" Ropes 2.0,
     "coil_springs" Ropes 1.0,
+    "hoops" Ropes 1.0,
+    "tree" Ropes 2.0,
     "hair" Ropes 1.2,
     "curls" Ropes 1.2,
     "soft_head" Ropes 1.2,

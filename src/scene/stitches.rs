@@ -7,7 +7,7 @@ use super::{
 use crate::{
     mesh,
     solver::{
-        Body, Chains, Collider, ParticleIndex, Stitch, StitchEnd, StitchError, Stitches,
+        Body, Collider, ParticleIndex, RodShape, Stitch, StitchEnd, StitchError, Stitches,
         SurfacePoint, Topology, VertexIndex, World, contact::pairs::on_triangle,
     },
     suggestion::similar,
@@ -19,8 +19,14 @@ type Numbered = (usize, Stitch);
 
 /// The first `count` vertices of each chain of a body.
 pub(super) fn roots(topology: &Topology, count: u32) -> Result<Vec<VertexIndex>, String> {
-    let chains = Chains::of(topology).map_err(|error| format!("Roots: {error}"))?;
-    Ok(chains
+    let shape = RodShape::of(topology).map_err(|error| format!("Roots: {error}"))?;
+    if !shape.is_of_chains() {
+        return Err(
+            "Roots: the body must consist of open chains of edges; this one has branches or rings"
+                .into(),
+        );
+    }
+    Ok(shape
         .roots(count)
         .map(|particle| topology.numbering.vertex(particle))
         .collect())

@@ -13,6 +13,7 @@ mod grains;
 mod hair;
 mod sheet;
 mod solid;
+mod tree;
 
 /// Maximum number of tetrahedra of a body.
 pub const MAX_TETRAHEDRA: usize = 2_000_000;
@@ -138,6 +139,37 @@ pub enum Primitive {
         #[serde(default = "defaults::coil")]
         segments: u32,
     },
+    /// A ring of edges without surface, upright in the plane z = 0. Vertices begin at the largest x
+    /// and turn toward the largest y.
+    Hoop {
+        /// Radius [m].
+        radius: f32,
+        /// Edges, from 3; 48 by default.
+        #[serde(default = "defaults::hoop")]
+        segments: u32,
+    },
+    /// A tree of edges without surface. Its trunk goes up from vertex 0, at the origin; the end of
+    /// each branch forks.
+    Tree {
+        /// Length of the trunk [m].
+        trunk: f32,
+        /// Branches at a fork, from 1; 3 by default.
+        #[serde(default = "defaults::forks")]
+        forks: u32,
+        /// How often branches fork between the trunk and a tip, from 0 to 20; 3 by default.
+        #[serde(default = "defaults::levels")]
+        levels: u32,
+        /// Angle between a branch and those that leave it, from 0 to 120°; 35° by default.
+        #[serde(default = "defaults::spread")]
+        spread: f32,
+        /// Length of a branch as a fraction of that which it leaves, from 0.1 to 1; 0.75 by
+        /// default.
+        #[serde(default = "defaults::shrink")]
+        shrink: f32,
+        /// Edges of the trunk and of each branch, from 1; 6 by default.
+        #[serde(default = "defaults::branch")]
+        segments: u32,
+    },
     /// Strands of hair on the upper part of a ball, as many chains of edges in one body. Roots cover
     /// the ball evenly; vertices are numbered strand by strand, from root to tip.
     Hair {
@@ -220,6 +252,24 @@ mod defaults {
     }
     pub fn coil() -> u32 {
         96
+    }
+    pub fn hoop() -> u32 {
+        48
+    }
+    pub fn forks() -> u32 {
+        3
+    }
+    pub fn levels() -> u32 {
+        3
+    }
+    pub fn spread() -> f32 {
+        35.0
+    }
+    pub fn shrink() -> f32 {
+        0.75
+    }
+    pub fn branch() -> u32 {
+        6
     }
     pub fn coverage() -> f32 {
         90.0
@@ -327,10 +377,8 @@ impl Primitive {
             } => {
                 sizes([("size.x", size.x), ("size.y", size.y), ("size.z", size.z)])?;
                 sizes([("radius", radius)])?;
-                if !(0.0..=0.9).contains(&variation) {
-                    let expected = "a number from 0 to 0.9";
-                    return Err(MeshError::parameter("variation", variation, expected));
-                }
+                let valid = (0.0..=0.9).contains(&variation);
+                range("variation", variation, valid, "a number from 0 to 0.9")?;
                 particles(grains::largest_count(size, radius))?;
                 grains::fill(size, region, radius, variation)?
             }
@@ -343,14 +391,47 @@ impl Primitive {
                 sizes([("radius", radius), ("height", height)])?;
                 count("segments", segments, 1)?;
                 particles(u64::from(segments) + 1)?;
-                if !(0.125..=1e4).contains(&turns) {
-                    return Err(MeshError::parameter(
-                        "turns",
-                        turns.to_string(),
-                        "a number from 0.125 to 10000",
-                    ));
-                }
+                let valid = (0.125..=1e4).contains(&turns);
+                range("turns", turns, valid, "a number from 0.125 to 10000")?;
                 sheet::coil(radius, height, turns, segments)
+            }
+            Self::Hoop { radius, segments } => {
+                sizes([("radius", radius)])?;
+                count("segments", segments, 3)?;
+                particles(u64::from(segments))?;
+                sheet::hoop(radius, segments)
+            }
+            Self::Tree {
+                trunk,
+                forks,
+                levels,
+                spread,
+                shrink,
+                segments,
+            } => {
+                sizes([("trunk", trunk)])?;
+                count("forks", forks, 1)?;
+                count("segments", segments, 1)?;
+                range(
+                    "levels",
+                    levels,
+                    levels <= 20,
+                    "a whole number from 0 to 20",
+                )?;
+                let valid = (0.0..=120.0).contains(&spread);
+                range("spread", spread, valid, "a number from 0 to 120")?;
+                let valid = (0.1..=1.0).contains(&shrink);
+                range("shrink", shrink, valid, "a number from 0.1 to 1")?;
+                let tree = tree::Tree {
+                    trunk,
+                    forks,
+                    levels,
+                    spread,
+                    shrink,
+                    segments,
+                };
+                particles(tree.vertices())?;
+                tree.grow()
             }
             Self::Hair {
                 radius,
@@ -365,16 +446,12 @@ impl Primitive {
                 count("strands", strands, 1)?;
                 count("segments", segments, 1)?;
                 particles(u64::from(strands) * (u64::from(segments) + 1))?;
-                let in_range = |name, value: f32, valid: bool, expected| match valid {
-                    true => Ok(()),
-                    false => Err(MeshError::parameter(name, value.to_string(), expected)),
-                };
                 let valid = coverage > 0.0 && coverage <= 180.0;
-                in_range("coverage", coverage, valid, "a number above 0, to 180")?;
+                range("coverage", coverage, valid, "a number above 0, to 180")?;
                 let valid = curl == 0.0 || SIZES.contains(&curl);
-                in_range("curl", curl, valid, "0, or a number from 1e-7 to 1e7 m")?;
+                range("curl", curl, valid, "0, or a number from 1e-7 to 1e7 m")?;
                 let valid = (0.0..=1e3).contains(&turns);
-                in_range("turns", turns, valid, "a number from 0 to 1000")?;
+                range("turns", turns, valid, "a number from 0 to 1000")?;
                 hair::grow(&hair::Hair {
                     radius,
                     coverage,
@@ -415,6 +492,18 @@ fn count(name: &'static str, count: u32, least: u32) -> Result<(), MeshError> {
         ));
     }
     Ok(())
+}
+
+fn range(
+    name: &'static str,
+    value: impl ToString,
+    is_valid: bool,
+    expected: &str,
+) -> Result<(), MeshError> {
+    match is_valid {
+        true => Ok(()),
+        false => Err(MeshError::parameter(name, value.to_string(), expected)),
+    }
 }
 
 fn product(factors: &[u32]) -> u64 {

@@ -193,3 +193,17 @@ pub(super) fn coil(radius: f32, height: f32, turns: f32, segments: u32) -> RestS
         ..RestShape::default()
     }
 }
+
+/// A ring of edges about the z axis.
+pub(super) fn hoop(radius: f32, segments: u32) -> RestShape {
+    let place = |i: u32| {
+        let angle = f64::from(i) / f64::from(segments) * TAU;
+        let [x, y] = [libm::cos(angle), libm::sin(angle)].map(|it| it as f32 * radius);
+        Vec3::new(x, y, 0.0)
+    };
+    RestShape {
+        vertices: (0..segments).map(place).collect(),
+        edges: (0..segments).map(|i| [i, (i + 1) % segments]).collect(),
+        ..RestShape::default()
+    }
+}

@@ -44,7 +44,7 @@ pub mod all {
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
         pressure::Pressure,
-        rod::{Chains, NotChains, Rod, RodState, SegmentState},
+        rod::{NotARod, Rod, RodShape, RodState, SegmentState},
         shape_matching::{ShapeMatching, ShapeMatchingState},
         sink::Sink,
         stitches::{Stitch, StitchEnd, StitchError, Stitches},
@@ -117,7 +117,7 @@ macro_rules! effects {
             Grab grab
             {
                 chains {
-                    Rod rod "Chains of edges resist stretching, shear, bending and twist.";
+                    Rod rod "Edges resist stretching, shear, bending and twist.";
                 }
                 between {
                     Contact contact "Contact with other bodies.";

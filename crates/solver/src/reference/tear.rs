@@ -37,7 +37,7 @@ impl Body {
             h: settings.method.compliant_seconds(self.h),
         };
         let torn = tear.split(&mut TearState::default(), &strained)?;
-        let segments = rod::torn(self.states.rod.segments(), &self.topology, &torn);
+        let segments = rod::torn(&self.states.rod.segments(), &self.topology, &torn);
         for column in [&mut self.x, &mut self.p, &mut self.from, &mut self.v] {
             let old = std::mem::take(column);
             column.extend(torn.sources.iter().map(|&source| old[source as usize]));

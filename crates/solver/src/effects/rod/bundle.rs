@@ -18,8 +18,8 @@
 )]
 
 use super::{
-    chains::Chains,
     elimination::SINGULAR,
+    shape::Rest as RestChains,
     system::{Errors, Pass, SegmentState},
 };
 use crate::{
@@ -166,7 +166,7 @@ pub struct Bundle {
 }
 
 /// Some chains of a body in bundles of four: those of equal length together, in their order.
-pub fn bundles(chains: &Chains, some: Range<usize>) -> Vec<Bundle> {
+pub fn bundles(chains: &RestChains, some: Range<usize>) -> Vec<Bundle> {
     let mut order: Vec<usize> = some.collect();
     order.sort_by_key(|&chain| std::cmp::Reverse(chains.ranges[chain].len()));
     order
@@ -176,7 +176,7 @@ pub fn bundles(chains: &Chains, some: Range<usize>) -> Vec<Bundle> {
 }
 
 impl Bundle {
-    fn of(chains: &Chains, chosen: &[usize]) -> Self {
+    fn of(chains: &RestChains, chosen: &[usize]) -> Self {
         let longest = chosen.iter().map(|&chain| chains.ranges[chain].len());
         let count = longest.max().unwrap_or(0);
         let none = Rest {
@@ -194,7 +194,7 @@ impl Bundle {
         };
         for (lane, &chain) in chosen.iter().enumerate() {
             let range = chains.ranges[chain].clone();
-            for (k, number) in range.enumerate() {
+            for (k, number) in range.clone().enumerate() {
                 let one = &chains.segments[number];
                 bundle.particles[k][lane] = one.nodes[0];
                 bundle.particles[k + 1][lane] = one.nodes[1];
@@ -202,10 +202,11 @@ impl Bundle {
                 rest.numbers[lane] = number as u32;
                 rest.length[lane] = one.length;
                 rest.absent[lane] = 0.0;
-                if let Some((turn, mean)) = one.joint {
+                let next = range.clone().nth(k + 1);
+                if let Some(joint) = next.and_then(|next| chains.segments[next].joint) {
                     rest.joint[lane] = 1.0;
-                    rest.mean[lane] = mean;
-                    for (all, one) in rest.turn.iter_mut().zip(turn.to_array()) {
+                    rest.mean[lane] = joint.length;
+                    for (all, one) in rest.turn.iter_mut().zip(joint.turn.to_array()) {
                         all[lane] = one;
                     }
                 }
@@ -283,7 +284,10 @@ impl Bundle {
                     ),
                 };
                 let [a, b, c, d, e, f] = segment.lambda.map(|it| it[lane]);
-                piece.lambdas[number] = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
+                piece.lambdas[number][0] = DVec3::new(a, b, c);
+                if rest.joint[lane] > 0.0 {
+                    piece.lambdas[number + 1][1] = DVec3::new(d, e, f);
+                }
             }
         }
     }
@@ -1008,7 +1012,10 @@ mod tests {
     use super::*;
     use crate::{
         Particles, RestShape, Topology,
-        effects::rod::system::{Node as PlainNode, Section, System},
+        effects::rod::{
+            shape::RodShape,
+            system::{Node as PlainNode, Section, System},
+        },
         lanes::Instructions,
     };
     use glam::Vec3;
@@ -1063,13 +1070,20 @@ mod tests {
         }
     }
 
-    fn all(chains: &Chains) -> Vec<Bundle> {
+    fn shape(topology: &Topology) -> RestChains {
+        RodShape::of(topology).expect("edges alone").chains
+    }
+
+    fn all(chains: &RestChains) -> Vec<Bundle> {
         bundles(chains, 0..chains.ranges.len())
     }
 
-    fn in_lanes(instructions: Instructions, chosen: &dyn Fn(&Chains) -> Vec<Bundle>) -> Particles {
+    fn in_lanes(
+        instructions: Instructions,
+        chosen: &dyn Fn(&RestChains) -> Vec<Bundle>,
+    ) -> Particles {
         let (topology, mut particles) = chains();
-        let chains = Chains::of(&topology).expect("chains");
+        let chains = shape(&topology);
         let fitted = chains.fit(|i| particles.position(i as usize));
         particles.segments = fitted
             .into_iter()
@@ -1106,7 +1120,7 @@ mod tests {
         for instructions in Instructions::all() {
             assert_eq!(in_lanes(instructions, &all), expected, "{instructions:?}");
         }
-        let alone = |chains: &Chains| -> Vec<Bundle> {
+        let alone = |chains: &RestChains| -> Vec<Bundle> {
             let mut order: Vec<usize> = (0..chains.ranges.len()).collect();
             order.sort_by_key(|&chain| std::cmp::Reverse(chains.ranges[chain].len()));
             order
@@ -1121,9 +1135,9 @@ mod tests {
     fn the_lanes_solve_the_equations_of_the_reference() {
         let found = in_lanes(Instructions::default(), &all);
         let (topology, mut particles) = chains();
-        let chains = Chains::of(&topology).expect("chains");
+        let chains = shape(&topology);
         let mut system = System::new(chains, particles.len());
-        let fitted = system.chains.fit(|i| particles.position(i as usize));
+        let fitted = system.rest.fit(|i| particles.position(i as usize));
         system.segments = fitted
             .into_iter()
             .map(|orientation| SegmentState {

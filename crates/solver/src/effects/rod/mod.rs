@@ -1,4 +1,4 @@
-//! Rods: chains of edges with stiffness against stretching, shear, bending and twist, after
+//! Rods: edges with stiffness against stretching, shear, bending and twist, after
 //! Cosserat (Kugelstadt and Schömer, *Position and Orientation Based Cosserat Rods*, 2016; Deul,
 //! Kugelstadt, Weiler and Bender, *Direct Position-Based Solver for Stiff Rods*, 2018).
 //!
@@ -11,10 +11,15 @@
 //!   from its rest rotation Ω₀, with the compliances l̄/(4EI) and l̄/(4GJ), l̄ being the mean of both
 //!   lengths.
 //!
-//! They are solved together: an iteration is a Newton step of the whole chain, a block-tridiagonal
-//! system that is eliminated from root to tip. The stiffness of a rod thus depends
-//! neither on its number of segments nor on the iterations, and one iteration is enough. Four chains
-//! are solved at once, one per SIMD lane; the reference solves one after another.
+//! They are solved together: an iteration is a Newton step of all that is connected. The system of an
+//! open chain is block-tridiagonal and eliminated from root to tip; that of a network with branches
+//! and rings is sparse. The stiffness of a rod thus depends neither on its number of segments nor on
+//! the iterations, and one iteration is enough. Four chains are solved at once, one per SIMD lane;
+//! networks and the reference are solved without lanes.
+//!
+//! At a branch, the rest rotation of a joint may be large. C_b of networks is therefore
+//! Im(q̄ᵢqⱼΩ̄₀), which keeps its full stiffness at any angle; that of chains loses sin²(θ₀/2) of it at
+//! a rest angle θ₀ per joint.
 //!
 //! A segment rotates like a cylinder of its mass, without the gyroscopic moment, and with implicit
 //! Euler also where the particles have second-order steps. One between two pins is clamped. As C_b
@@ -22,12 +27,12 @@
 //! 15°, 4.5 % at 30°.
 
 mod bundle;
-mod chains;
 mod elimination;
 mod pieces;
+mod shape;
 mod system;
 
-pub use chains::{Chains, NotChains};
+pub use shape::{NotARod, RodShape};
 pub use system::SegmentState;
 
 use super::body_effect::{
@@ -42,13 +47,14 @@ use crate::{
     topology::{Identity, Torn},
 };
 use bundle::{Bundle, Iteration};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use pieces::{EachChain, Group, RodPiece, Scratches};
 use serde::{Deserialize, Serialize};
+use shape::RestSegment;
 use std::{borrow::Cow, collections::BTreeMap};
 use system::{Node, Pass, Section, System};
 
-/// Stiffness of a chain of edges against stretching, shear, bending and twist.
+/// Stiffness of edges against stretching, shear, bending and twist.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -72,7 +78,8 @@ pub struct Rod {
 #[derive(Debug, Clone, Default)]
 pub struct RodState {
     made_for: Option<Identity>,
-    system: System,
+    chains: System,
+    networks: System,
     /// The chains in lanes; empty in the reference.
     bundles: Vec<Bundle>,
     /// Those of each partition, and of the chains that are too long for one.
@@ -82,20 +89,21 @@ pub struct RodState {
 
 impl PartialEq for RodState {
     fn eq(&self, other: &Self) -> bool {
-        self.made_for == other.made_for && self.system == other.system
+        self.made_for == other.made_for
+            && self.chains == other.chains
+            && self.networks == other.networks
     }
 }
 
 impl RodState {
-    /// For a body; a body that is not a set of chains has no segments.
+    /// For a body; a body with a surface has no segments.
     #[must_use]
     pub fn of(topology: &Topology) -> Self {
+        let shape = RodShape::of(topology).unwrap_or_default();
         Self {
             made_for: Some(topology.identity()),
-            system: System::new(
-                Chains::of(topology).unwrap_or_default(),
-                topology.particles(),
-            ),
+            chains: System::new(shape.chains, topology.particles()),
+            networks: System::new(shape.networks, topology.particles()),
             ..Self::default()
         }
     }
@@ -103,24 +111,47 @@ impl RodState {
     /// For a body with these segments.
     pub(crate) fn resumed(topology: &Topology, segments: &[SegmentState]) -> Self {
         let mut state = Self::of(topology);
-        if segments.len() == state.system.chains.segments.len() {
-            state.system.segments = segments.to_vec();
-        }
+        state.resume(segments);
         state
+    }
+
+    /// Takes over the segments of the particles, if there is one for each.
+    fn resume(&mut self, segments: &[SegmentState]) -> bool {
+        let count = self.chains.rest.segments.len();
+        let is_whole = segments.len() == count + self.networks.rest.segments.len();
+        if is_whole {
+            let (chains, networks) = segments.split_at(count);
+            chains.clone_into(&mut self.chains.segments);
+            networks.clone_into(&mut self.networks.segments);
+        }
+        is_whole
     }
 
     /// Particles at the ends of each segment, in the order of the segments.
     pub(crate) fn nodes(&self) -> Vec<[u32; 2]> {
-        let segments = self.system.chains.segments.iter();
+        let systems = [&self.chains, &self.networks].into_iter();
+        let segments = systems.flat_map(|system| &system.rest.segments);
         segments.map(|segment| segment.nodes).collect()
+    }
+
+    /// For each row of equations, in the order of the energies of the rod, its segment and the
+    /// segments of its joint.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (Option<usize>, Option<[usize; 2]>)> + '_ {
+        let first = self.chains.rest.segments.len();
+        let systems = [(&self.chains.rest, 0), (&self.networks.rest, first)].into_iter();
+        systems.flat_map(|(rest, first)| {
+            (0..rest.rows()).map(move |row| {
+                let joint = rest.joint_of(row);
+                let segments = joint.map(|(behind, it)| [it.before + first, behind + first]);
+                ((row < rest.segments.len()).then_some(row + first), segments)
+            })
+        })
     }
 
     /// M Δx of the particles at the ends of each segment by its current multiplier [kg·m].
     pub fn pulls(&self) -> impl Iterator<Item = (u32, DVec3)> + '_ {
-        let System {
-            chains, lambdas, ..
-        } = &self.system;
-        let segments = chains.segments.iter().zip(lambdas);
+        let systems = [&self.chains, &self.networks].into_iter();
+        let segments = systems.flat_map(|system| system.rest.segments.iter().zip(&system.lambdas));
         segments.flat_map(|(segment, [stretch, _])| {
             let [first, second] = segment.nodes;
             [(first, -*stretch), (second, *stretch)]
@@ -128,8 +159,8 @@ impl RodState {
     }
 
     /// The segments.
-    pub(crate) fn segments(&self) -> &[SegmentState] {
-        &self.system.segments
+    pub(crate) fn segments(&self) -> Vec<SegmentState> {
+        [&self.chains.segments[..], &self.networks.segments[..]].concat()
     }
 
     fn is_of(&self, topology: &Topology) -> bool {
@@ -145,16 +176,17 @@ impl RodState {
 
     /// The segments that fit positions `at` [m], at rest.
     fn fit(&mut self, at: impl Fn(u32) -> DVec3) {
-        let fitted = self.system.chains.fit(at).into_iter();
         let still = |orientation| SegmentState {
             orientation,
             angular_velocity: DVec3::ZERO,
         };
-        self.system.segments = fitted.map(still).collect();
+        for system in [&mut self.chains, &mut self.networks] {
+            system.segments = system.rest.fit(&at).into_iter().map(still).collect();
+        }
     }
 
     fn has_segments(&self) -> bool {
-        self.system.segments.len() == self.system.chains.segments.len()
+        self.chains.has_segments() && self.networks.has_segments()
     }
 
     /// The state of a body, or a new one before the first substep.
@@ -178,29 +210,28 @@ impl RodState {
 /// The segments of a torn rod: turned from the rest shape as before, also where a chain now begins
 /// at its other end. Empty where there were none.
 pub(crate) fn torn(segments: &[SegmentState], before: &Topology, torn: &Torn) -> Vec<SegmentState> {
-    let (Ok(old), Ok(new)) = (Chains::of(before), Chains::of(&torn.topology)) else {
+    let (Ok(old), Ok(new)) = (RodShape::of(before), RodShape::of(&torn.topology)) else {
         return Vec::new();
     };
-    if segments.len() != old.segments.len() {
+    if segments.len() != old.segments().len() {
         return Vec::new();
     }
     let ascending = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-    let known: BTreeMap<[u32; 2], usize> = old
-        .segments
-        .iter()
-        .enumerate()
-        .map(|(index, segment)| (ascending(segment.nodes), index))
+    let known: BTreeMap<[u32; 2], (DQuat, SegmentState)> = old
+        .segments()
+        .zip(segments)
+        .map(|(rest, segment)| (ascending(rest.nodes), (rest.orientation, *segment)))
         .collect();
-    let follow = |segment: &chains::RestSegment| {
+    let follow = |segment: &RestSegment| {
         let nodes = segment.nodes.map(|node| torn.sources[node as usize]);
-        let index = *known.get(&ascending(nodes))?;
-        let turn = segments[index].orientation * old.segments[index].orientation.conjugate();
+        let (rest, state) = known.get(&ascending(nodes))?;
+        let turn = state.orientation * rest.conjugate();
         Some(SegmentState {
             orientation: (turn * segment.orientation).normalize(),
-            ..segments[index]
+            ..*state
         })
     };
-    let all: Option<Vec<_>> = new.segments.iter().map(follow).collect();
+    let all: Option<Vec<_>> = new.segments().map(follow).collect();
     all.unwrap_or_default()
 }
 
@@ -212,19 +243,14 @@ pub(crate) fn place(
 ) {
     let state = state.get_or_insert_default();
     state.update(topology);
-    let System {
-        chains, segments, ..
-    } = &mut state.system;
-    let count = chains.segments.len();
     if state.groups.is_empty() {
-        let of = |some| bundle::bundles(chains, some);
-        (state.bundles, state.groups) = pieces::groups(&chains.parts, of);
+        let parts = RodShape::of(topology).map(|shape| shape.parts);
+        let of = |some| bundle::bundles(&state.chains.rest, some);
+        (state.bundles, state.groups) = pieces::groups(&parts.unwrap_or_default(), of);
     }
-    if particles.segments.len() == count {
-        segments.clone_from(&particles.segments);
-    } else {
+    if !state.resume(&particles.segments) {
         state.fit(|i| particles.position(i as usize));
-        particles.segments.clone_from(&state.system.segments);
+        particles.segments = state.segments();
     }
 }
 
@@ -237,6 +263,19 @@ impl Rod {
         ]
         .map(f64::from);
         Section::circle(radius, modulus, ratio)
+    }
+
+    /// An iteration, by its number and the number of all of a substep of `h` [s].
+    fn pass(&self, h: f64, compliant: f64, iteration: (u32, u32), relaxation: f64) -> Pass {
+        Pass {
+            h,
+            compliant,
+            first: iteration.0 == 0,
+            last: iteration.0 + 1 == iteration.1,
+            relaxation,
+            section: self.section(),
+            damping: self.damping.get().into(),
+        }
     }
 }
 
@@ -254,21 +293,22 @@ impl BodyEffect for Rod {
             segments,
             lambdas,
             first_segment,
+            networks,
             scratch,
         } = rod;
-        let has_segments = !segments.is_empty() && part.segments.len() == segments.len();
+        let networks = networks.filter(|system| !system.segments.is_empty());
+        let count = segments.len();
+        let all = count + networks.as_ref().map_or(0, |system| system.segments.len());
+        let has_segments = all > 0 && part.segments.len() == all;
         let Some(scratch) = scratch.filter(|_| has_segments) else {
             return false;
         };
-        let own = Pass {
-            h: pass.h.into(),
-            compliant: pass.compliant.into(),
-            first: pass.iteration.0 == 0,
-            last: pass.iteration.0 + 1 == pass.iteration.1,
-            relaxation: pass.relaxation.into(),
-            section: self.section(),
-            damping: self.damping.get().into(),
-        };
+        let own = self.pass(
+            pass.h.into(),
+            pass.compliant.into(),
+            pass.iteration,
+            pass.relaxation.into(),
+        );
         let mut part = part;
         scratch.with(|scratch| {
             pass.instructions.run(Iteration {
@@ -284,7 +324,28 @@ impl BodyEffect for Rod {
             });
         });
         if own.last {
-            segments.copy_from_slice(part.segments);
+            segments.copy_from_slice(&part.segments[..count]);
+        }
+        if let Some(system) = networks {
+            if own.first {
+                system.segments.copy_from_slice(&part.segments[count..]);
+            }
+            let node = |i: u32| {
+                let particle = i as usize - pass.first;
+                Node {
+                    x: part.predicted(particle),
+                    w: part.positions[particle].w.into(),
+                }
+            };
+            system.iterate(&own, node, |i| part.start(i as usize - pass.first));
+            for (i, &by) in system.moves.iter().enumerate() {
+                if by != DVec3::ZERO {
+                    part.shift(i - pass.first, by);
+                }
+            }
+            if own.last {
+                part.segments[count..].copy_from_slice(&system.segments);
+            }
         }
         false
     }
@@ -302,25 +363,16 @@ impl BodyEffect for Rod {
         body: ReferenceParticles,
         pass: &ReferencePass,
     ) {
-        let own = Pass {
-            h: pass.h,
-            compliant: pass.compliant,
-            first: pass.iteration.0 == 0,
-            last: pass.iteration.0 + 1 == pass.iteration.1,
-            relaxation: pass.relaxation,
-            section: self.section(),
-            damping: self.damping.get().into(),
-        };
-        state.system.iterate(
-            &own,
-            |i| Node {
+        let own = self.pass(pass.h, pass.compliant, pass.iteration, pass.relaxation);
+        for system in [&mut state.chains, &mut state.networks] {
+            let node = |i: u32| Node {
                 x: body.x[i as usize],
                 w: body.w[i as usize],
-            },
-            |i| body.from[i as usize],
-        );
-        for (x, by) in body.x.iter_mut().zip(&state.system.moves) {
-            *x += *by;
+            };
+            system.iterate(&own, node, |i| body.from[i as usize]);
+            for (x, by) in body.x.iter_mut().zip(&system.moves) {
+                *x += *by;
+            }
         }
     }
 
@@ -342,7 +394,10 @@ impl BodyEffect for Rod {
     ) {
         let known = RodState::known(state.as_deref(), topology, |i| at(i).0);
         let damping = f64::from(self.damping.get());
-        for (errors, compliances) in known.system.errors(self.section(), |i| at(i).0) {
+        let systems = [&known.chains, &known.networks].into_iter();
+        for (errors, compliances) in
+            systems.flat_map(|system| system.errors(self.section(), |i| at(i).0))
+        {
             for (error, compliance) in errors.into_iter().zip(compliances) {
                 for axis in 0..3 {
                     store(Store::Spring {
@@ -366,16 +421,20 @@ impl BodyEffect for Rod {
         let known = RodState::known(state.as_deref(), topology, |i| {
             particles.position(i as usize)
         });
-        let system = &known.system;
         let mut all = SquareSum::default();
-        let errors = system.errors(self.section(), |i| particles.position(i as usize));
-        for (i, ([stretch, bend], [along, about])) in errors.enumerate() {
-            let segment = &system.chains.segments[i];
-            let local = system.segments[i].orientation.conjugate() * system.lambdas[i][0];
-            let left = (stretch + along * local / (h * h)) / segment.length;
-            let turn = bend + about * system.lambdas[i][1] / (h * h);
-            all.sum += left.length_squared() + turn.length_squared();
-            all.count += 2;
+        for system in [&known.chains, &known.networks] {
+            let errors = system.errors(self.section(), |i| particles.position(i as usize));
+            for (row, ([stretch, bend], [along, about])) in errors.enumerate() {
+                let [of_stretch, of_bend] = system.lambdas[row];
+                if let Some(segment) = system.rest.segments.get(row) {
+                    let local = system.segments[row].orientation.conjugate() * of_stretch;
+                    let left = (stretch + along * local / (h * h)) / segment.length;
+                    all.sum += left.length_squared();
+                    all.count += 1;
+                }
+                all.sum += (bend + about * of_bend / (h * h)).length_squared();
+                all.count += 1;
+            }
         }
         all
     }
@@ -383,7 +442,8 @@ impl BodyEffect for Rod {
     fn bytes(state: &Option<Box<RodState>>) -> usize {
         let bytes = |state: &RodState| {
             let bundles = state.bundles.iter().map(Bundle::bytes).sum::<usize>();
-            size_of::<RodState>() + state.system.bytes() + bundles + state.scratch.bytes()
+            let systems = state.chains.bytes() + state.networks.bytes();
+            size_of::<RodState>() + systems + bundles + state.scratch.bytes()
         };
         state.as_deref().map_or(0, bytes)
     }

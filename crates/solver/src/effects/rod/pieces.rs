@@ -8,7 +8,7 @@
 use super::{
     RodState,
     bundle::{Bundle, Scratch},
-    chains::ChainRange,
+    shape::ChainRange,
     system::{Errors, SegmentState, System},
 };
 use crate::{
@@ -22,7 +22,8 @@ use std::{
 };
 
 /// A rod works on whole chains: those that begin in the even partitions, in the odd ones, and those
-/// that are too long for a piece. Chains share no particle, so the order changes no bit.
+/// that are too long for a piece. Networks belong to the last piece. They share no particle, so the order
+/// changes no bit.
 pub enum EachChain {}
 
 impl Scope<Option<Box<RodState>>> for EachChain {
@@ -37,7 +38,8 @@ impl Scope<Option<Box<RodState>>> for EachChain {
         state.as_deref_mut().map_or_else(
             || SharedRod::of(&mut [], &mut [], &mut [], &[], None),
             |RodState {
-                 system,
+                 chains,
+                 networks,
                  bundles,
                  groups,
                  scratch,
@@ -45,8 +47,9 @@ impl Scope<Option<Box<RodState>>> for EachChain {
              }| {
                 let System {
                     segments, lambdas, ..
-                } = system;
-                SharedRod::of(bundles, segments, lambdas, groups, Some(scratch))
+                } = chains;
+                let whole = Some((networks, &*scratch));
+                SharedRod::of(bundles, segments, lambdas, groups, whole)
             },
         )
     }
@@ -59,7 +62,9 @@ impl Scope<Option<Box<RodState>>> for EachChain {
         // that share no particle share no element.
         unsafe {
             let group = group(&*shared.groups, piece);
+            let has_networks = has_networks(&*shared.groups, piece);
             RodPiece {
+                networks: shared.networks.as_mut().filter(|_| has_networks),
                 first_segment: group.segments.start,
                 segments: shared.segments.part(group.segments.clone()),
                 lambdas: shared.lambdas.part(group.segments),
@@ -85,6 +90,9 @@ pub struct SharedRod {
     segments: Column<SegmentState>,
     lambdas: Column<Errors>,
     groups: *const [Group],
+    networks: *mut System,
+    /// Number of segments of the networks.
+    network_segments: usize,
     scratch: *const Scratches,
 }
 
@@ -96,6 +104,8 @@ pub struct RodPiece<'a> {
     pub lambdas: &'a mut [Errors],
     /// Number of the first segment.
     pub first_segment: usize,
+    /// The networks, in the last piece.
+    pub networks: Option<&'a mut System>,
     /// `None` for a body without a rod.
     pub scratch: Option<&'a Scratches>,
 }
@@ -107,9 +117,12 @@ impl SharedRod {
         segments: &mut [SegmentState],
         lambdas: &mut [Errors],
         groups: &[Group],
-        scratch: Option<&Scratches>,
+        whole: Option<(&mut System, &Scratches)>,
     ) -> Self {
+        let (networks, scratch) = whole.unzip();
         Self {
+            network_segments: networks.as_ref().map_or(0, |it| it.segments.len()),
+            networks: networks.map_or(ptr::null_mut(), ptr::from_mut),
             bundles: Column::of(bundles),
             segments: Column::of(segments),
             lambdas: Column::of(lambdas),
@@ -118,13 +131,19 @@ impl SharedRod {
         }
     }
 
-    /// Numbers of the segments of the chains of a piece.
+    /// Numbers of the segments of a piece: those of its chains, and behind the last of these the
+    /// networks.
     ///
     /// # Safety
     /// The rod is still borrowed.
     pub unsafe fn segments_of(&self, piece: &Piece) -> Range<usize> {
         // SAFETY: borrowed by `of`, and only read while it is shared.
-        unsafe { group(&*self.groups, piece) }.segments
+        let groups = unsafe { &*self.groups };
+        let segments = group(groups, piece).segments;
+        match has_networks(groups, piece) {
+            true => segments.start..segments.end + self.network_segments,
+            false => segments,
+        }
     }
 }
 
@@ -135,6 +154,12 @@ fn group(groups: &[Group], piece: &Piece) -> Group {
         None => groups.last(),
     };
     of_piece.cloned().unwrap_or_default()
+}
+
+/// Whether the networks of a body are solved with a piece: the whole body, or its only partition.
+fn has_networks(groups: &[Group], piece: &Piece) -> bool {
+    let is_cut = groups.len() > 2;
+    piece.partition.is_none() == is_cut
 }
 
 /// The bundles of the chains of each partition, and of those that are too long for one.

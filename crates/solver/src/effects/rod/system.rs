@@ -1,11 +1,14 @@
-//! One direct solve of all equations of a chain.
+//! One direct solve of all equations of chains or networks.
+//!
+//! A row of the system has the equations of a segment and those of its joint with the segment
+//! before; a joint that closes a ring has a row of its own.
 
 use super::{
-    chains::{Chains, RestSegment},
-    elimination::{Block, Elimination, Six},
+    elimination::Elimination,
+    shape::{Rest, RestJoint},
 };
 use glam::{DMat3, DQuat, DVec3};
-use std::ops::Range;
+use std::collections::BTreeSet;
 
 /// Orientation and rotation of a segment of a [rod](crate::Rod).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -59,7 +62,7 @@ impl Pass {
     }
 }
 
-/// The errors of a segment: C_s [m], and C_b of the joint behind it, half an angle [rad].
+/// The errors of a row: C_s of a segment [m], and C_b of the joint before it, half an angle [rad].
 pub type Errors = [DVec3; 2];
 
 /// Section of a rod.
@@ -104,7 +107,7 @@ struct Prediction {
 /// State of a rod in a substep.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct System {
-    pub(super) chains: Chains,
+    pub(super) rest: Rest,
     /// The segments, as in [`Particles`](crate::Particles).
     pub segments: Vec<SegmentState>,
     predictions: Vec<Prediction>,
@@ -113,16 +116,17 @@ pub struct System {
     /// λ of both equations; λ/h² is a force in N and twice a moment in N·m.
     pub(super) lambdas: Vec<Errors>,
     changes: Vec<Errors>,
-    elimination: Elimination,
+    /// Made in the first iteration.
+    plan: Option<Plan>,
     /// Displacements of the particles by the last iteration [m].
     pub(super) moves: Vec<DVec3>,
 }
 
 impl System {
-    pub fn new(chains: Chains, particles: usize) -> Self {
-        let count = chains.segments.len();
+    pub(super) fn new(rest: Rest, particles: usize) -> Self {
+        let count = rest.rows();
         Self {
-            chains,
+            rest,
             lambdas: vec![[DVec3::ZERO; 2]; count],
             changes: vec![[DVec3::ZERO; 2]; count],
             moves: vec![DVec3::ZERO; particles],
@@ -130,19 +134,30 @@ impl System {
         }
     }
 
-    /// C_s and C_b of each segment, with their compliances [m/N, 1/(N·m)] in its frame.
+    /// Whether there is a state of each segment.
+    pub fn has_segments(&self) -> bool {
+        self.segments.len() == self.rest.segments.len()
+    }
+
+    /// C_s and C_b of each row, with their compliances [m/N, 1/(N·m)] in the frames of its segment and of the
+    /// one before.
     pub fn errors<'a>(
         &'a self,
         section: Section,
         at: impl Fn(u32) -> DVec3 + 'a,
     ) -> impl Iterator<Item = (Errors, Errors)> + 'a {
-        (0..self.chains.segments.len()).map(move |i| {
-            let rest = &self.chains.segments[i];
-            let errors = errors(&self.chains.segments, &self.segments, i, &at);
+        (0..self.rest.rows()).map(move |row| {
+            let [stretch, bend] = errors(&self.rest, &self.segments, row, &at);
             // C_s is in the world; its compliance is diagonal in the frame of the segment.
-            let local = self.segments[i].orientation.conjugate() * errors[0];
-            let bend = rest.joint.map_or(0.0, |(_, length)| length) * section.bend;
-            ([local, errors[1]], [rest.length * section.stretch, bend])
+            let segment = self.rest.segments.get(row);
+            let (local, along) = segment.map_or_else(Default::default, |segment| {
+                let orientation = self.segments[row].orientation;
+                let along = segment.length * section.stretch;
+                (orientation.conjugate() * stretch, along)
+            });
+            let joint = self.rest.joint_of(row);
+            let length = joint.map_or(0.0, |(_, joint)| joint.length);
+            ([local, bend], [along, length * section.bend])
         })
     }
 
@@ -151,15 +166,10 @@ impl System {
     pub fn iterate(&mut self, pass: &Pass, at: impl Fn(u32) -> Node, start: impl Fn(u32) -> DVec3) {
         if pass.first {
             self.predict(pass, &at, &start);
-        }
-        if pass.first {
             self.lambdas.fill([DVec3::ZERO; 2]);
         }
         self.moves.fill(DVec3::ZERO);
-        for range in self.chains.ranges.clone() {
-            self.solve(range.clone(), pass, &at);
-            self.apply(range, pass, &at);
-        }
+        self.solve(pass, &at);
         if pass.last {
             for (segment, predicted) in self.segments.iter_mut().zip(&self.predictions) {
                 let turn = segment.orientation * predicted.orientation.conjugate();
@@ -172,7 +182,7 @@ impl System {
     /// Rotates the segments by inertia; the gyroscopic moment is left out.
     fn predict(&mut self, pass: &Pass, at: &impl Fn(u32) -> Node, start: &impl Fn(u32) -> DVec3) {
         let Self {
-            chains,
+            rest,
             segments,
             predictions,
             before,
@@ -180,14 +190,13 @@ impl System {
         } = self;
         before.clear();
         if pass.damping > 0.0 {
-            let all = 0..chains.segments.len();
-            before.extend(all.map(|i| errors(&chains.segments, segments, i, start)));
+            before.extend((0..rest.rows()).map(|row| errors(rest, segments, row, start)));
         }
         predictions.clear();
         let radius = pass.section.radius;
         let step = pass.step();
         for (i, segment) in segments.iter_mut().enumerate() {
-            let inverse = inverse_inertia(&chains.segments, i, radius, at).map(|it| it * step);
+            let inverse = inverse_inertia(rest, i, radius, at).map(|it| it * step);
             if inverse == [0.0; 2] {
                 segment.angular_velocity = DVec3::ZERO;
             }
@@ -199,103 +208,220 @@ impl System {
         }
     }
 
-    /// Solves the equations of a chain for the change of its multipliers.
-    fn solve(&mut self, range: Range<usize>, pass: &Pass, at: &impl Fn(u32) -> Node) {
+    /// Solves the equations for the changes of the multipliers, moves the particles and turns the
+    /// segments by them.
+    fn solve(&mut self, pass: &Pass, at: &impl Fn(u32) -> Node) {
+        let mut plan = self.plan.take().unwrap_or_else(|| Plan::of(&self.rest));
+        let frames: Vec<Frame> = (0..self.segments.len()).map(|i| self.frame(i)).collect();
+        let joints: Vec<DMat3> = (0..self.rest.rows()).map(|row| self.bending(row)).collect();
+        let system = &mut plan.elimination;
+        system.clear();
+        for (node, ends) in &plan.nodes {
+            let w = at(*node).w;
+            for (place, &(one, sign)) in ends.iter().enumerate() {
+                for &(other, other_sign) in &ends[..=place] {
+                    let block = DMat3::from_diagonal(DVec3::splat(sign * other_sign * w));
+                    add(system, (one, 0), (other, 0), block);
+                }
+            }
+        }
+        for (frame, turns) in frames.iter().zip(&plan.turns) {
+            let jacobian = |&(row, by): &(usize, By)| match by {
+                By::Stretch => ((row, 0), frame.arm),
+                By::Before => ((row, 1), -joints[row]),
+                By::Behind => ((row, 1), joints[row]),
+            };
+            for (place, one) in turns.iter().enumerate() {
+                let (one, first) = jacobian(one);
+                let first = first * frame.inertia;
+                for other in &turns[..=place] {
+                    let (other, second) = jacobian(other);
+                    add(system, one, other, first * second.transpose());
+                }
+            }
+        }
+        for row in 0..self.rest.rows() {
+            let (right, compliances) = self.right(row, frames.get(row), pass, at);
+            for (half, compliance) in compliances.into_iter().enumerate() {
+                add(system, (row, half), (row, half), compliance);
+            }
+            let [s, b] = right;
+            *system.right(row) = [s.x, s.y, s.z, b.x, b.y, b.z];
+        }
+        let changes = &mut self.changes;
+        system.solve(|row, [a, b, c, d, e, f]| {
+            changes[row] = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
+        });
+        self.apply(pass, &frames, &joints, at);
+        self.plan = Some(plan);
+    }
+
+    /// Right-hand sides of a row, and what its compliances add to the matrix; the identity where there is
+    /// no equation.
+    fn right(
+        &self,
+        row: usize,
+        frame: Option<&Frame>,
+        pass: &Pass,
+        at: &impl Fn(u32) -> Node,
+    ) -> (Errors, [DMat3; 2]) {
         let section = pass.section;
         let per_square = 1.0 / (pass.compliant * pass.compliant);
         let gamma = pass.damping / pass.compliant;
-        let (rest, state) = (&self.chains.segments, &self.segments);
-        let first = range.start;
-        self.elimination.clear();
-        let mut before: Option<Frame> = None;
-        let mut frame = Frame::of(rest, state, &self.predictions, first);
-        for i in range.clone() {
-            let next =
-                (i + 1 < range.end).then(|| Frame::of(rest, state, &self.predictions, i + 1));
-            let place = |node: u32| at(node).x;
-            let [mut c_s, mut c_b] = errors(rest, state, i, &place);
-            let [lambda_s, lambda_b] = self.lambdas[i];
-            let [w0, w1] = rest[i].nodes.map(|node| at(node).w);
-            let axes = frame.axes;
-            let alpha_s = rest[i].length * section.stretch * per_square;
-            let alpha_s = axes * DMat3::from_diagonal(alpha_s) * axes.transpose();
-            let length = rest[i].joint.map_or(0.0, |(_, length)| length);
-            let alpha_b = length * section.bend * per_square;
-            let scale = 1.0 / (1.0 + gamma);
-            if let Some([s, b]) = self.before.get(i).filter(|_| gamma > 0.0) {
-                (c_s, c_b) = (c_s + gamma * (c_s - s), c_b + gamma * (c_b - b));
-            }
-            let right_s = -(c_s + alpha_s * lambda_s) * scale;
-            let right_b = -(c_b + alpha_b * lambda_b) * scale;
-            // L U and L U Lᵀ, with Lᵀ = −L.
-            let arm_inertia = frame.arm * frame.inertia;
-            let ss = DMat3::from_diagonal(DVec3::splat(w0 + w1)) - arm_inertia * frame.arm
-                + alpha_s * scale;
-            let (sb, bb) = next.as_ref().map_or_else(
-                || (DMat3::ZERO, DMat3::IDENTITY),
-                |next| {
-                    let both = frame.inertia + next.inertia;
-                    let compliance = DMat3::from_diagonal(alpha_b * scale);
-                    (
-                        -arm_inertia * frame.bend.transpose(),
-                        frame.bend * both * frame.bend.transpose() + compliance,
-                    )
-                },
-            );
-            let coupling = before.as_ref().map(|last| {
-                let ss = DMat3::from_diagonal(DVec3::splat(-w0));
-                let sb = arm_inertia * last.bend.transpose();
-                let bb = -(frame.bend * frame.inertia) * last.bend.transpose();
-                block(ss, sb, DMat3::ZERO, bb)
-            });
-            let diagonal = block(ss, sb, sb.transpose(), bb);
-            self.elimination
-                .push(diagonal, coupling.as_ref(), six(right_s, right_b));
-            if let Some(next) = next {
-                before = Some(frame);
-                frame = next;
-            }
+        let scale = 1.0 / (1.0 + gamma);
+        let [mut c_s, mut c_b] = errors(&self.rest, &self.segments, row, &|node| at(node).x);
+        if let Some([s, b]) = self.before.get(row).filter(|_| gamma > 0.0) {
+            (c_s, c_b) = (c_s + gamma * (c_s - s), c_b + gamma * (c_b - b));
         }
-        let changes = &mut self.changes;
-        self.elimination.solve(|i, [a, b, c, d, e, f]| {
-            changes[first + i] = [DVec3::new(a, b, c), DVec3::new(d, e, f)];
-        });
+        let [lambda_s, lambda_b] = self.lambdas[row];
+        let (mut right_s, mut of_s) = (DVec3::ZERO, DMat3::IDENTITY);
+        if let Some(Frame { axes, .. }) = frame {
+            let alpha = self.rest.segments[row].length * section.stretch * per_square;
+            let alpha = *axes * DMat3::from_diagonal(alpha) * axes.transpose();
+            right_s = -(c_s + alpha * lambda_s) * scale;
+            of_s = alpha * scale;
+        }
+        let (mut right_b, mut of_b) = (DVec3::ZERO, DMat3::IDENTITY);
+        if let Some((_, joint)) = self.rest.joint_of(row) {
+            let alpha = joint.length * section.bend * per_square;
+            right_b = -(c_b + alpha * lambda_b) * scale;
+            of_b = DMat3::from_diagonal(alpha * scale);
+        }
+        ([right_s, right_b], [of_s, of_b])
     }
 
-    /// Moves the particles and turns the segments of a chain by the change of its multipliers.
-    fn apply(&mut self, range: Range<usize>, pass: &Pass, at: &impl Fn(u32) -> Node) {
-        let mut moment_before = DVec3::ZERO;
-        for i in range.clone() {
-            let [s, b] = self.changes[i].map(|change| change * pass.relaxation);
-            self.lambdas[i][0] += s;
-            self.lambdas[i][1] += b;
-            let [first, second] = self.chains.segments[i].nodes;
-            self.moves[first as usize] -= at(first).w * s;
-            self.moves[second as usize] += at(second).w * s;
-            // With the orientations before this iteration: those behind i have not been turned yet.
-            let frame = Frame::of(&self.chains.segments, &self.segments, &self.predictions, i);
-            let moment = frame.bend.transpose() * b;
-            let turn = frame.inertia * (-(frame.arm * s) - moment + moment_before);
-            moment_before = moment;
-            let segment = &mut self.segments[i];
-            segment.orientation = turned(segment.orientation, turn);
+    /// Moves the particles and turns the segments by the changes of the multipliers.
+    fn apply(
+        &mut self,
+        pass: &Pass,
+        frames: &[Frame],
+        joints: &[DMat3],
+        at: &impl Fn(u32) -> Node,
+    ) {
+        let mut moments = vec![DVec3::ZERO; self.segments.len()];
+        for (row, changes) in self.changes.iter().enumerate() {
+            let [s, b] = changes.map(|change| change * pass.relaxation);
+            self.lambdas[row][0] += s;
+            self.lambdas[row][1] += b;
+            if let Some(segment) = self.rest.segments.get(row) {
+                let [first, second] = segment.nodes;
+                self.moves[first as usize] -= at(first).w * s;
+                self.moves[second as usize] += at(second).w * s;
+                // Lᵀ = −L.
+                moments[row] -= frames[row].arm * s;
+            }
+            if let Some((behind, joint)) = self.rest.joint_of(row) {
+                let moment = joints[row].transpose() * b;
+                moments[joint.before] -= moment;
+                moments[behind] += moment;
+            }
         }
+        for ((segment, frame), moment) in self.segments.iter_mut().zip(frames).zip(moments) {
+            segment.orientation = turned(segment.orientation, frame.inertia * moment);
+        }
+    }
+
+    fn frame(&self, i: usize) -> Frame {
+        let axes = DMat3::from_quat(self.segments[i].orientation);
+        let [across, along] = self.predictions[i].inverse_inertia;
+        let diagonal = DMat3::from_diagonal(DVec3::new(across, across, along));
+        Frame {
+            axes,
+            inertia: axes * diagonal * axes.transpose(),
+            arm: cross(axes.z_axis * self.rest.segments[i].length),
+        }
+    }
+
+    /// G, the derivative of C_b of a row by the rotation of the segment behind the joint; its
+    /// negative is that by the rotation of the one before. 0 without a joint.
+    fn bending(&self, row: usize) -> DMat3 {
+        let joint = self.rest.joint_of(row);
+        joint.map_or(DMat3::ZERO, |(behind, joint)| {
+            let turn = rotation(joint, &self.segments, behind);
+            let inner = DMat3::from_diagonal(DVec3::splat(turn.w)) - cross(turn.xyz());
+            let axes = DMat3::from_quat(self.segments[joint.before].orientation);
+            0.5 * inner * axes.transpose()
+        })
     }
 
     /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
-        self.chains.bytes()
+        self.rest.bytes()
             + size_of_val(&self.segments[..])
             + size_of_val(&self.predictions[..])
             + size_of_val(&self.before[..])
             + size_of_val(&self.lambdas[..])
             + size_of_val(&self.changes[..])
             + size_of_val(&self.moves[..])
-            + self.elimination.bytes()
+            + self
+                .plan
+                .as_ref()
+                .map_or(0, |plan| plan.elimination.bytes())
     }
 }
 
-/// What the equations of a segment, and of the joint behind it, depend on.
+/// How the rotation of a segment changes an equation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum By {
+    /// C_s of the segment itself.
+    Stretch,
+    /// C_b of a joint that the segment is before.
+    Before,
+    /// C_b of a joint that it is behind.
+    Behind,
+}
+
+/// What is coupled with what.
+#[derive(Debug, Clone, PartialEq)]
+struct Plan {
+    /// For each node, the segments that end there, with the sign of the node in their C_s.
+    nodes: Vec<(u32, Vec<(usize, f64)>)>,
+    /// For each segment, the rows that its rotation changes.
+    turns: Vec<Vec<(usize, By)>>,
+    elimination: Elimination,
+}
+
+impl Plan {
+    fn of(rest: &Rest) -> Self {
+        let mut ends: Vec<(u32, usize, f64)> = Vec::new();
+        for (i, segment) in rest.segments.iter().enumerate() {
+            let [first, second] = segment.nodes;
+            ends.extend([(first, i, -1.0), (second, i, 1.0)]);
+        }
+        ends.sort_by_key(|&(node, segment, _)| (node, segment));
+        let nodes: Vec<(u32, Vec<(usize, f64)>)> = ends
+            .chunk_by(|a, b| a.0 == b.0)
+            .map(|at| (at[0].0, at.iter().map(|&(_, i, sign)| (i, sign)).collect()))
+            .collect();
+        let each = (0..rest.segments.len()).map(|i| vec![(i, By::Stretch)]);
+        let mut turns: Vec<_> = each.collect();
+        for row in 0..rest.rows() {
+            if let Some((behind, joint)) = rest.joint_of(row) {
+                turns[joint.before].push((row, By::Before));
+                turns[behind].push((row, By::Behind));
+            }
+        }
+        let mut coupled = vec![BTreeSet::new(); rest.rows()];
+        let mut couple = |rows: Vec<usize>| {
+            for &row in &rows {
+                coupled[row].extend(&rows);
+            }
+        };
+        for (_, ends) in &nodes {
+            couple(ends.iter().map(|&(i, _)| i).collect());
+        }
+        for turns in &turns {
+            couple(turns.iter().map(|&(row, _)| row).collect());
+        }
+        Self {
+            nodes,
+            turns,
+            elimination: Elimination::new(coupled),
+        }
+    }
+}
+
+/// What the equations of a segment depend on.
 #[derive(Debug, Clone, Copy)]
 struct Frame {
     /// R.
@@ -304,88 +430,53 @@ struct Frame {
     inertia: DMat3,
     /// L = l [d₃]× [m], the derivative of C_s.
     arm: DMat3,
-    /// G, the derivative of C_b by the rotation of the segment behind; its negative is that by the
-    /// rotation of this one. 0 for the last segment.
-    bend: DMat3,
 }
 
-impl Frame {
-    fn of(
-        rest: &[RestSegment],
-        state: &[SegmentState],
-        predictions: &[Prediction],
-        i: usize,
-    ) -> Self {
-        let axes = DMat3::from_quat(state[i].orientation);
-        let [across, along] = predictions[i].inverse_inertia;
-        let diagonal = DMat3::from_diagonal(DVec3::new(across, across, along));
-        let bend = rest[i].joint.map_or(DMat3::ZERO, |_| {
-            let turn = state[i].orientation.conjugate() * state[i + 1].orientation;
-            let inner = DMat3::from_diagonal(DVec3::splat(turn.w)) - cross(turn.xyz());
-            0.5 * inner * axes.transpose()
-        });
-        Self {
-            axes,
-            inertia: axes * diagonal * axes.transpose(),
-            arm: cross(axes.z_axis * rest[i].length),
-            bend,
-        }
-    }
+/// Rotation of a joint from the segment before to the frame of the one behind.
+fn rotation(joint: &RestJoint, state: &[SegmentState], behind: usize) -> DQuat {
+    state[joint.before].orientation.conjugate() * state[behind].orientation * joint.offset
 }
 
-/// C_s [m] in the world, and C_b in the frame of the segment.
-fn errors(
-    rest: &[RestSegment],
-    state: &[SegmentState],
-    i: usize,
-    at: &impl Fn(u32) -> DVec3,
-) -> Errors {
-    let RestSegment {
-        nodes: [a, b],
-        length,
-        joint,
-        ..
-    } = rest[i];
-    let axis = state[i].orientation * DVec3::Z;
-    let stretch = (at(b) - at(a)) - length * axis;
-    let bend = joint.map_or(DVec3::ZERO, |(wanted, _)| {
-        let turn = state[i].orientation.conjugate() * state[i + 1].orientation;
-        let sign = if turn.dot(wanted) >= 0.0 { 1.0 } else { -1.0 };
-        turn.xyz() - sign * wanted.xyz()
+/// C_s [m] in the world, and C_b in the frame of the segment before the joint.
+fn errors(rest: &Rest, state: &[SegmentState], row: usize, at: &impl Fn(u32) -> DVec3) -> Errors {
+    let stretch = rest.segments.get(row).map_or(DVec3::ZERO, |segment| {
+        let [a, b] = segment.nodes;
+        let axis = state[row].orientation * DVec3::Z;
+        (at(b) - at(a)) - segment.length * axis
+    });
+    let bend = rest.joint_of(row).map_or(DVec3::ZERO, |(behind, joint)| {
+        let turn = rotation(joint, state, behind);
+        let sign = if turn.dot(joint.turn) >= 0.0 {
+            1.0
+        } else {
+            -1.0
+        };
+        turn.xyz() - sign * joint.turn.xyz()
     });
     [stretch, bend]
 }
 
 /// Inverse inertia of a segment [1/(kg·m²)], across and along it: that of a cylinder. Its mass is
 /// its length times the mass per length at its lighter end. Between two pins it is clamped.
-fn inverse_inertia(
-    rest: &[RestSegment],
-    i: usize,
-    radius: f64,
-    at: &impl Fn(u32) -> Node,
-) -> [f64; 2] {
-    let [a, b] = rest[i].nodes;
-    let length = rest[i].length;
-    let neighbor = |j: Option<usize>, node: u32| {
-        j.and_then(|j| rest.get(j))
-            .filter(|it| it.nodes.contains(&node))
-            .map_or(0.0, |it| it.length)
-    };
-    let per_length = |node: u32, other: f64| {
-        let w = at(node).w;
-        (w > 0.0).then(|| 2.0 / (w * (length + other)))
-    };
-    let ends = [
-        per_length(a, neighbor(i.checked_sub(1), a)),
-        per_length(b, neighbor(Some(i + 1), b)),
-    ];
-    let Some(lighter) = ends.into_iter().flatten().reduce(f64::min) else {
+fn inverse_inertia(rest: &Rest, i: usize, radius: f64, at: &impl Fn(u32) -> Node) -> [f64; 2] {
+    let segment = &rest.segments[i];
+    let length = segment.length;
+    let per_length = [0, 1].map(|end| {
+        let w = at(segment.nodes[end]).w;
+        (w > 0.0).then(|| 2.0 / (w * segment.around[end]))
+    });
+    let Some(lighter) = per_length.into_iter().flatten().reduce(f64::min) else {
         return [0.0; 2];
     };
     let mass = lighter * length;
     let across = mass * (length * length / 12.0 + radius * radius / 4.0);
     let along = mass * radius * radius / 2.0;
     [across, along].map(|inertia| if inertia > 0.0 { 1.0 / inertia } else { 0.0 })
+}
+
+/// Adds a block and its transpose to the system.
+fn add(system: &mut Elimination, one: (usize, usize), other: (usize, usize), block: DMat3) {
+    system.add(one, other, &block.transpose().to_cols_array_2d());
 }
 
 /// Turns an orientation by a small rotation vector [rad].
@@ -401,22 +492,4 @@ fn cross(v: DVec3) -> DMat3 {
         DVec3::new(-v.z, 0.0, v.x),
         DVec3::new(v.y, -v.x, 0.0),
     )
-}
-
-fn block(a: DMat3, b: DMat3, c: DMat3, d: DMat3) -> Block {
-    std::array::from_fn(|row| {
-        std::array::from_fn(|column| {
-            let part = match (row < 3, column < 3) {
-                (true, true) => &a,
-                (true, false) => &b,
-                (false, true) => &c,
-                (false, false) => &d,
-            };
-            part.col(column % 3)[row % 3]
-        })
-    })
-}
-
-fn six(a: DVec3, b: DVec3) -> Six {
-    [a.x, a.y, a.z, b.x, b.y, b.z]
 }

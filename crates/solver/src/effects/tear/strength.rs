@@ -175,26 +175,28 @@ fn weak_segments(tear: &Tear, body: &Strained, weak: &mut Vec<Weak>) {
     let (Some(rod), Some(state)) = (body.effects.rod, body.rod) else {
         return;
     };
-    let chains = state.nodes();
-    let mut energies = vec![0.0; chains.len()];
+    let nodes = state.nodes();
+    let mut energies = vec![0.0; nodes.len()];
+    let rows: Vec<_> = state.rows().collect();
     let mut number = 0;
     let at = |i: u32| ((body.at)(i), 0.0);
-    // Three equations of the segment, then three of the joint behind it.
+    // Three equations of a segment, then three of a joint.
     rod.stores(body.rod, body.topology, &at, &mut |store: Store| {
-        let segment = number / 6;
+        let (segment, joint) = rows[number / 6];
         if number % 6 < 3 {
-            energies[segment] += store.energy();
+            if let Some(segment) = segment {
+                energies[segment] += store.energy();
+            }
         } else {
-            energies[segment] += 0.5 * store.energy();
-            if let Some(next) = energies.get_mut(segment + 1) {
-                *next += 0.5 * store.energy();
+            for segment in joint.into_iter().flatten() {
+                energies[segment] += 0.5 * store.energy();
             }
         }
         number += 1;
     });
     let strain = f64::from(tear.strain.get());
     let toughness = f64::from(tear.toughness.get());
-    for (&[a, b], energy) in chains.iter().zip(energies) {
+    for (&[a, b], energy) in nodes.iter().zip(energies) {
         let rest = [a, b].map(|i| body.topology.rest[i as usize].as_dvec3());
         let along = rest[1] - rest[0];
         let ratio = ((body.at)(a).distance((body.at)(b)) / along.length() - 1.0) / strain;
