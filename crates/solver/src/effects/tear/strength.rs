@@ -269,10 +269,13 @@ fn areas_of_edges(topology: &Topology) -> Vec<f64> {
         return vec![1.0; ends.len()];
     }
     let at = |i: u32| topology.rest[i as usize].as_dvec3();
-    let mut sides: Vec<([u32; 2], f64)> = Vec::new();
+    let edges = EdgesByEnd::of(&ends, topology.particles());
+    let mut areas = vec![0.0; ends.len()];
     let mut add = |corners: &[u32], part: f64| {
         for (i, &a) in corners.iter().enumerate() {
-            sides.extend(corners[..i].iter().map(|&b| ([a.min(b), a.max(b)], part)));
+            for edge in corners[..i].iter().flat_map(|&b| edges.between(a, b)) {
+                areas[edge] += part / f64::from(topology.edges.rest_length[edge]);
+            }
         }
     };
     match topology.dimension {
@@ -291,16 +294,44 @@ fn areas_of_edges(topology: &Topology) -> Vec<f64> {
             }
         }
     }
-    // By ends only: parts of an edge are added in the order of the elements.
-    sides.sort_by_key(|(ends, _)| *ends);
-    let each = ends.iter().zip(&topology.edges.rest_length);
-    each.map(|(&[a, b], &length)| {
-        let key = [a.min(b), a.max(b)];
-        let first = sides.partition_point(|(ends, _)| *ends < key);
-        let own = sides[first..].iter().take_while(|(ends, _)| *ends == key);
-        own.map(|(_, part)| part / f64::from(length)).sum()
-    })
-    .collect()
+    areas
+}
+
+/// Edges by the particle with the lower number: limits are computed anew after each tear, and
+/// sorting all sides of the elements would take most of its time.
+struct EdgesByEnd {
+    /// Start of the edges of each particle, and the end of those of the last.
+    starts: Vec<u32>,
+    /// The other particle, and the edge.
+    edges: Vec<(u32, u32)>,
+}
+
+impl EdgesByEnd {
+    fn of(ends: &[[u32; 2]], particles: usize) -> Self {
+        let mut starts = vec![0_u32; particles + 1];
+        for [a, b] in ends {
+            starts[*a.min(b) as usize + 1] += 1;
+        }
+        for i in 0..particles {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut edges = vec![(0, 0); ends.len()];
+        for (edge, [a, b]) in (0..).zip(ends) {
+            let slot = &mut next[*a.min(b) as usize];
+            edges[*slot as usize] = (*a.max(b), edge);
+            *slot += 1;
+        }
+        Self { starts, edges }
+    }
+
+    fn between(&self, a: u32, b: u32) -> impl Iterator<Item = usize> + '_ {
+        let (low, high) = (a.min(b), a.max(b));
+        let [from, to] = [0, 1].map(|next| self.starts[low as usize + next] as usize);
+        let own = self.edges[from..to].iter();
+        own.filter(move |(other, _)| *other == high)
+            .map(|(_, edge)| *edge as usize)
+    }
 }
 
 /// The longest distance between corners [m].

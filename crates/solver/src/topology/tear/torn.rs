@@ -93,10 +93,16 @@ impl<'a> Tearing<'a> {
 impl<'a> Structure<'a> {
     fn of(tearing: Tearing<'a>) -> Self {
         let topology = tearing.topology;
+        let family = tearing.family();
+        let mut is_split = vec![false; topology.particles()];
+        for &root in family.keys() {
+            is_split[root as usize] = true;
+        }
         let copies = Copies {
-            family: tearing.family(),
+            family,
             roots: tearing.roots.clone(),
             count: topology.particles() as u32,
+            is_split,
         };
         let mut places = Vec::with_capacity(topology.particles() + copies.roots.len());
         let mut next = 0;
