@@ -40,6 +40,12 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "overpressure_pa": last.overpressure,
         "inverted": last.inverted,
         "contacts": last.contacts,
+        "touched": run.contacts.iter().map(|pair| json!({
+            "bodies": pair.bodies,
+            "seconds": pair.seconds,
+            "mean_force_n": pair.mean_force,
+            "largest_force_n": pair.largest_force,
+        })).collect::<Vec<_>>(),
         "smallest_gap_m": run.smallest_gap(),
         "crossings": run.crossings(),
         "state_hash": format!("{:016x}", run.state_hash),

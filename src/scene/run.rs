@@ -9,7 +9,8 @@ use super::{
 use crate::{
     SoftBodyPlugins,
     simulation::{
-        EnergyLedger, Measuring, SimulationSettings, SolverThreads, Statistics, plain,
+        BodyContacts, EnergyLedger, Measuring, SimulationSettings, SolverThreads, Statistics,
+        plain,
         statistics::{measure, state_hash},
         system_names, tick,
     },
@@ -59,6 +60,8 @@ pub struct Run {
     pub ledger: Option<EnergyLedger>,
     /// Settings of the run.
     pub settings: crate::solver::Settings,
+    /// Bodies that touched each other, in the order in which they first did.
+    pub contacts: Vec<PairOfRun>,
     /// Hash of the final state.
     pub state_hash: u64,
     /// The final world.
@@ -67,6 +70,19 @@ pub struct Run {
     pub seconds: f64,
     /// Whether it ended before that time, in which case nothing was judged.
     pub stopped: bool,
+}
+
+/// Two bodies that touched in a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairOfRun {
+    /// Names of the bodies, in the order of the scene.
+    pub bodies: [String; 2],
+    /// Time of the ticks in which they touched [s].
+    pub seconds: f64,
+    /// Mean magnitude of the force between them in these ticks [N].
+    pub mean_force: f64,
+    /// Largest magnitude of the force between them, as the mean over a tick [N].
+    pub largest_force: f64,
 }
 
 impl Run {
@@ -178,6 +194,7 @@ pub fn run_in(
     let ticks = (seconds * settings.rate.get()).round().max(1.0) as u64;
     let mut history = vec![measure(world)];
     let mut times = Vec::new();
+    let mut pairs = Pairs::default();
     let mut stopped = false;
     for done in 1..=ticks {
         tick(world);
@@ -190,6 +207,7 @@ pub fn run_in(
             ecs,
         });
         history.push(world.resource::<Statistics>().clone());
+        pairs.add(world.resource::<BodyContacts>());
         if progress(done as f64 / ticks as f64).is_break() && done < ticks {
             stopped = true;
             break;
@@ -209,9 +227,47 @@ pub fn run_in(
         systems: system_names(world),
         ledger: world.remove_resource().filter(|_| options.ledger),
         settings,
+        contacts: pairs.named(settings.tick_seconds(), world),
         state_hash: state_hash(world),
         world: end,
         seconds,
+    }
+}
+
+/// Bodies that have touched so far: with the ticks in which they did, the sum of their forces and
+/// the largest one [N].
+#[derive(Debug, Default)]
+struct Pairs(Vec<([Entity; 2], u32, [f64; 2])>);
+
+impl Pairs {
+    fn add(&mut self, contacts: &BodyContacts) {
+        for pair in contacts.pairs() {
+            let place = self.0.iter().position(|it| it.0 == pair.bodies);
+            let place = place.unwrap_or_else(|| {
+                self.0.push((pair.bodies, 0, [0.0; 2]));
+                self.0.len() - 1
+            });
+            let (_, ticks, [sum, largest]) = &mut self.0[place];
+            let force = f64::from(pair.force.length());
+            *ticks += 1;
+            *sum += force;
+            *largest = largest.max(force);
+        }
+    }
+
+    fn named(self, tick_seconds: f64, world: &World) -> Vec<PairOfRun> {
+        let name = |body| {
+            world
+                .get::<Name>(body)
+                .map_or_else(String::new, ToString::to_string)
+        };
+        let pair = |(bodies, ticks, [sum, largest]): ([Entity; 2], u32, [f64; 2])| PairOfRun {
+            bodies: bodies.map(name),
+            seconds: f64::from(ticks) * tick_seconds,
+            mean_force: sum / f64::from(ticks),
+            largest_force: largest,
+        };
+        self.0.into_iter().map(pair).collect()
     }
 }
 

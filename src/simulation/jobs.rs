@@ -1,8 +1,8 @@
 //! Passes bodies from the ECS to the solver, which steps them on any number of threads.
 
 use super::{
-    Asleep, BodyDirectWorkspace, CurrentSubstep, Profile, Quarantined, SoftBody, SolverThreads,
-    SpawnOrder, carried::Carried, profile::StageWatch,
+    Asleep, BodyDirectWorkspace, BodyPair, CurrentSubstep, Profile, Quarantined, SoftBody,
+    SolverThreads, SpawnOrder, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
     ContactCounts, Contacts, DirectWorkspace, EffectStates, Effects, Ledger, Particles, Stitches,
@@ -195,6 +195,17 @@ impl BodyContacts {
         &self.touching
     }
 
+    /// The pairs of bodies that touched in the last tick, with their mutual forces. For a tick with
+    /// bodies that are all asleep there are none, nor are contacts with colliders and of a body with
+    /// itself among them.
+    pub fn pairs(&self) -> impl Iterator<Item = BodyPair> {
+        self.contacts.pairs().map(|it| BodyPair {
+            bodies: it.bodies.map(|place| self.bodies[place as usize]),
+            force: it.force.as_vec3(),
+            normal_force: it.normal_force as f32,
+        })
+    }
+
     /// Whether stitches joined a body to another at the start of the tick.
     pub(super) fn joins(&self, body: SpawnOrder) -> bool {
         self.joints.contain(body)
@@ -237,6 +248,7 @@ impl Bodies<'_, '_> {
         let bodies = self.bodies.iter();
         let all = bodies.map(|(entity, order, .., stitches, _, _)| (*order, entity, stitches));
         let joints = Joints::of(all.clone().map(|(order, _, stitches)| (order, stitches)));
+        self.contacts.contacts.begin_tick();
         self.contacts.joined.clear();
         if !joints.joined.is_empty() {
             let mut sorted: Vec<_> = all.map(|(order, entity, _)| (order, entity)).collect();

@@ -24,6 +24,7 @@ mod schedule;
 pub mod statistics;
 pub(crate) mod step;
 mod tear;
+mod touch;
 
 pub use action::{Action, ActionError, Actions, Applied, Applying, NewBody};
 pub use body::{
@@ -45,6 +46,7 @@ pub use schedule::{
 pub use statistics::{Measuring, RecordContacts, Statistics, state_hash};
 pub use step::{CurrentSubstep, EndedEarly, Sleep, SolverThreads, end_tick, tick};
 pub use tear::BodyTorn;
+pub use touch::{BodyPair, ContactEnded, ContactStarted};
 
 pub(crate) use begin::wake_changed;
 pub(crate) use body::shown_name;
@@ -119,6 +121,8 @@ impl Plugin for SimulationPlugin {
             .add_message::<BodyQuarantined>()
             .add_message::<crate::effect::EffectUnfit>()
             .add_message::<BodyTorn>()
+            .add_message::<ContactStarted>()
+            .add_message::<ContactEnded>()
             .add_message::<Applied>()
             .add_observer(body::number_body)
             .add_observer(body::follow_mesh)
@@ -158,6 +162,7 @@ impl Plugin for SimulationPlugin {
                     renew::renew,
                     step::settle_grabs,
                     step::fall_asleep,
+                    touch::report,
                     statistics::take,
                 )
                     .chain()

@@ -8,13 +8,17 @@ use crate::{
     },
     support_app::{app_of, deterministic, ticks},
 };
+use bevy::{
+    app::App,
+    ecs::{entity::Entity, message::Messages},
+};
 use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    simulation::state_hash,
+    simulation::{Asleep, BodyContacts, ContactEnded, ContactStarted, state_hash},
     solver::{
-        Bend, Body, Contact, ContactThickness, Effects, Friction, Grains, Pressure, RepairTime,
-        RestShape, Restitution, Rod, SelfContact, World, ledger, measure, reference,
+        Bend, Body, Contact, ContactThickness, Effects, Friction, Grains, Particles, Pressure,
+        RepairTime, RestShape, Restitution, Rod, SelfContact, World, ledger, measure, reference,
     },
 };
 
@@ -125,6 +129,66 @@ fn a_body_lies_on_another_at_the_thickness_of_their_contact() {
 /// that changes by less than 1e-3 m/s in the second of the mean changes it by 1e-4 mg; forces are
 /// those of the last substep of each tick, whose deviations from the mean average out to below a
 /// hundredth.
+/// The app writes one message when a cube comes to lie on another, also over ticks in which both
+/// sleep, and one when it is lifted off. Meanwhile, the force of the pair is the weight.
+#[test]
+fn bodies_say_when_they_begin_and_cease_to_touch_and_with_which_force() {
+    let world = two_cubes();
+    let mass = world.bodies[1].particles.positions.iter();
+    let weight: f64 = mass.map(|x| 9.81 / f64::from(x.w)).sum();
+    let (mut app, bodies, _) = app_of(&world);
+    let pair: [Entity; 2] = [bodies[0], bodies[1]];
+    let messages = |app: &mut App| {
+        let world = app.world_mut();
+        let mut started = world.resource_mut::<Messages<ContactStarted>>();
+        let started: Vec<_> = started.drain().map(|it| it.bodies).collect();
+        let mut ended = world.resource_mut::<Messages<ContactEnded>>();
+        (
+            started,
+            ended.drain().map(|it| it.bodies).collect::<Vec<_>>(),
+        )
+    };
+    let mut begun = 0;
+    let mut forces = Vec::new();
+    let mut slept = 0;
+    for _ in 0..600 {
+        ticks(&mut app, 1);
+        let (started, ended) = messages(&mut app);
+        assert!(started.iter().all(|bodies| *bodies == pair));
+        // They may bounce once.
+        begun += started.len();
+        begun -= ended.len();
+        let contacts = app.world().resource::<BodyContacts>();
+        forces.extend(
+            contacts
+                .pairs()
+                .map(|it| (it.bodies, it.force, it.normal_force)),
+        );
+        slept += usize::from(app.world().get::<Asleep>(pair[0]).is_some());
+    }
+    assert_eq!(begun, 1);
+    assert!(slept > 60, "asleep in {slept} ticks");
+    let last = &forces[forces.len() - 30..];
+    let mean = last.iter().map(|it| it.1).sum::<Vec3>() / 30.0;
+    assert!(
+        last.iter()
+            .all(|it| it.0 == pair && it.2 >= it.1.y.abs() * 0.99)
+    );
+    // On the lower one, downwards.
+    let off = f64::from(mean.y) / -weight - 1.0;
+    assert!(off.abs() < 0.01, "{mean} N for {weight} N");
+    let mut upper = app
+        .world_mut()
+        .get_mut::<Particles>(pair[1])
+        .expect("a body");
+    for i in 0..upper.len() {
+        let lifted = upper.position(i) + DVec3::Y;
+        upper.set_position(i, lifted);
+    }
+    ticks(&mut app, 1);
+    assert_eq!(messages(&mut app), (vec![], vec![pair]));
+}
+
 #[test]
 fn contact_forces_carry_the_weight() {
     let mut world = two_cubes();
@@ -318,7 +382,7 @@ fn momentum_stays_when_bodies_meet() {
         cube.set_velocity(Vec3::X * speed);
         world.bodies.push(cube);
     }
-    let sum = |world: &World, of: fn(&pliant::solver::Particles) -> DVec3| {
+    let sum = |world: &World, of: fn(&Particles) -> DVec3| {
         world
             .bodies
             .iter()

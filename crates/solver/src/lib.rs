@@ -46,7 +46,8 @@ use step::{executor, phases, shared_body, substep};
 pub use body::{Body, Quarantine};
 pub use contact::{
     Collide, Collider, ColliderMesh, ColliderMeshError, ColliderShape, Contact, ContactCounts,
-    ContactForce, ContactMultiplier, Contacts, Ground, Path, Pose, SelfContact, StickyGround,
+    ContactForce, ContactMultiplier, Contacts, Ground, PairContact, Path, Pose, SelfContact,
+    StickyGround,
 };
 pub use deform::{Deformation, deform, reset_shape};
 pub use direct::{Direct, DirectWorkspace};

@@ -29,7 +29,7 @@ pub use collider::Collider;
 pub use collider_mesh::{ColliderMesh, ColliderMeshError};
 pub use ground::{Ground, StickyGround};
 pub use multiplier::ContactMultiplier;
-pub use pairs::{Contact, ContactCounts, ContactForce, Contacts, SelfContact};
+pub use pairs::{Contact, ContactCounts, ContactForce, Contacts, PairContact, SelfContact};
 pub use path::Path;
 pub use pose::Pose;
 pub use shape::ColliderShape;

@@ -57,6 +57,7 @@ impl World {
             contacts,
             ..
         } = self;
+        contacts.begin_tick();
         let seconds = settings.tick_seconds();
         swept.fill(colliders.iter(), settings, self.time);
         let context = StepContext {

@@ -9,6 +9,7 @@ use super::{
     row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
     self_crossing::SelfCrossing,
     stitched::StitchedVertices,
+    sums::{PairContact, Sums},
     tangible::Tangible,
     tangle::{CrossingSearch, Tangle},
     truncate::Truncation,
@@ -100,6 +101,7 @@ pub struct Contacts {
     pub(super) places: Vec<u32>,
     /// Pairs of bodies in contact at the start of the last substep.
     pub(super) touching: Vec<[u32; 2]>,
+    pub(super) sums: Sums,
     pub(super) truncation: Truncation,
     /// Bodies whose velocity changes after the substep, and by how much, per substep [m].
     pub(super) pushes: Vec<(usize, DVec3)>,
@@ -316,6 +318,17 @@ impl Contacts {
         rows.flat_map(|row| row.particle_forces(self.h, &self.active))
     }
 
+    /// The pairs of bodies that touched in a substep of the tick, with the mean of their forces.
+    /// Does not have pairs of a body and a collider, nor self-contact.
+    pub fn pairs(&self) -> impl Iterator<Item = PairContact> {
+        self.sums.means()
+    }
+
+    /// Begins a tick: forces of pairs are added up anew.
+    pub fn begin_tick(&mut self) {
+        self.sums.clear();
+    }
+
     /// Smallest distance of two surfaces in contact at the start of the last substep [m]; `None`
     /// without a pair near enough for a constraint.
     #[must_use]
@@ -451,6 +464,8 @@ impl Contacts {
     /// Ends a substep, after the last stage: applies restitution and records which bodies touch.
     pub(crate) fn end(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
         self.update_touching();
+        let between = &self.rows[Between::Bodies as usize];
+        self.sums.add(between, self.h, &self.active);
         let rows = || self.rows.iter().flatten();
         self.counts.near = rows().count();
         self.counts.acting = rows().filter(|row| row.acts()).count();
@@ -518,7 +533,7 @@ impl Contacts {
         let active = &self.active;
         let touching = self.rows[Between::Bodies as usize].iter();
         let pairs = touching.filter(|row| row.touches()).map(|row| {
-            let [a, b] = [0, 3].map(|corner| active[row.corners[corner] as usize].body);
+            let [a, b] = row.bodies(active);
             [a.min(b), a.max(b)]
         });
         self.touching.extend(pairs);
@@ -574,8 +589,9 @@ impl Contacts {
             return;
         }
         self.is_valid = false;
-        // Its places are those of the bodies before.
+        // Their places are those of the bodies before.
         self.touching.clear();
+        self.sums.clear();
         self.members.clear();
         self.rigids.clear();
         let mut first = 0;

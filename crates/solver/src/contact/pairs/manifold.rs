@@ -5,7 +5,7 @@
 //! creeping motion. Of rows with nearly the same normal between the same bodies, the four that span
 //! the largest area are as good as all.
 
-use super::row::{Active, ContactRow, NO_INDEX};
+use super::row::{Active, ContactRow};
 use glam::DVec3;
 
 /// Rows whose normals have at least this cosine belong together: 8°.
@@ -120,11 +120,5 @@ impl ContactRow {
     /// Whether nothing soft is involved, but a rigid body is.
     fn is_between_rigid(&self) -> bool {
         self.is_rigid() && !self.is_soft()
-    }
-
-    /// Bodies of its two sides; `u32::MAX` for a collider.
-    fn bodies(&self, active: &[Active]) -> [u32; 2] {
-        let [first, last] = self.ends().map(|corner| active[corner as usize].body);
-        [first, if self.is_fixed() { NO_INDEX } else { last }]
     }
 }

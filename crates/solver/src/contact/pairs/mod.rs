@@ -37,6 +37,7 @@ mod row;
 mod self_crossing;
 mod self_untangle;
 mod stitched;
+mod sums;
 mod tangible;
 mod tangle;
 mod truncate;
@@ -48,6 +49,7 @@ pub use contacts::{ContactCounts, Contacts};
 pub use crossings::{Outline, crossings};
 pub use params::{Contact, SelfContact};
 pub use row::ContactForce;
+pub use sums::PairContact;
 
 pub(crate) use contacts::Between;
 pub(crate) use row::ContactPart;

@@ -307,6 +307,22 @@ impl ContactRow {
         self.normal_multiplier > 0.0
     }
 
+    /// Indices of the bodies of its two sides; `u32::MAX` for a collider.
+    pub fn bodies(&self, active: &[Active]) -> [u32; 2] {
+        let [first, last] = self.ends().map(|corner| active[corner as usize].body);
+        [first, if self.is_fixed { NO_INDEX } else { last }]
+    }
+
+    /// Normal force, and force on the first body with friction, in the substep of `h` seconds [N].
+    pub fn total_force(&self, h: f64) -> (f64, DVec3) {
+        let per_square = 1.0 / (h * h);
+        let normal = self.normal_multiplier * per_square;
+        (
+            normal,
+            self.normal * normal + self.friction_multiplier * per_square,
+        )
+    }
+
     /// Its force in the substep of `h` seconds.
     pub fn force(&self, h: f64, active: &[Active]) -> ContactForce {
         let of = self.corners.map(|corner| &active[corner as usize]);
