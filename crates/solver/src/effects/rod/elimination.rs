@@ -284,12 +284,12 @@ mod tests {
                     }
                 }
                 system.add((a, half), (b, other), &block);
-                for i in 0..3 {
-                    for j in 0..3 {
+                for (i, entries) in block.iter().enumerate() {
+                    for (j, entry) in entries.iter().enumerate() {
                         let (at, of) = (3 * half + i, 3 * other + j);
-                        right[a][at] += block[i][j] * wanted[b][of];
+                        right[a][at] += entry * wanted[b][of];
                         if (a, half) != (b, other) {
-                            right[b][of] += block[i][j] * wanted[a][at];
+                            right[b][of] += entry * wanted[a][at];
                         }
                     }
                 }
