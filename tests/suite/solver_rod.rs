@@ -427,7 +427,7 @@ fn a_strand_moves_the_same_alone_among_others_and_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_body_with_a_surface_is_refused_and_any_edges_are_a_rod() {
+fn a_body_with_a_surface_or_too_much_to_couple_is_refused() {
     let shape = |shape: RestShape| RodShape::of(&Topology::new(shape).expect("sound"));
     let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     let mut star = line(&points);
@@ -441,7 +441,35 @@ fn a_body_with_a_surface_is_refused_and_any_edges_are_a_rod() {
         cells: glam::UVec3::ONE,
     };
     let cloth = cloth.build().expect("sound").shape;
-    assert_eq!(shape(cloth), Err(NotARod));
+    assert_eq!(shape(cloth), Err(NotARod::Surface));
+    let center = |edges: u32| {
+        let mut star = line(&vec![DVec3::X; edges as usize + 1]);
+        star.vertices = (0..=edges)
+            .map(|i| Vec3::new(i as f32, (i * i) as f32, 0.0))
+            .collect();
+        star.edges = (1..=edges).map(|i| [0, i]).collect();
+        shape(star)
+    };
+    assert!(center(32).is_ok());
+    let error = center(33).expect_err("too many");
+    assert!(
+        error.to_string().contains("33 edges meet in vertex 0"),
+        "{error}"
+    );
+    let net = |cells: u32| {
+        let cloth = Primitive::Cloth {
+            size: glam::Vec2::ONE,
+            cells: glam::UVec2::splat(cells),
+            diagonals: Default::default(),
+            shear: false,
+        };
+        let mut net = cloth.build().expect("sound").shape;
+        net.triangles.clear();
+        shape(net)
+    };
+    // A mesh of triangles has two rings per cell.
+    assert!(net(20).is_ok());
+    assert_eq!(net(23), Err(NotARod::Rings { rings: 2 * 23 * 23 }));
     // A chain, and two lone vertices.
     let mut two = line(&points);
     two.edges = vec![[2, 3]];

@@ -5,14 +5,45 @@
 //! At a branch, all segments that leave a node have a joint with the one that reached it; a segment
 //! that closes a ring has another one at its far end.
 
-use crate::{ParticleIndex, Topology, fit::MassFit};
+use crate::{ParticleIndex, Topology, VertexIndex, fit::MassFit};
 use glam::{DQuat, DVec3};
 use std::{collections::BTreeMap, ops::Range};
 
-/// A body with triangles or tetrahedra is no rod.
+/// Maximum number of edges that meet in a vertex of a rod. All of them are coupled with each other.
+pub const MAX_MEETING_EDGES: usize = 32;
+
+/// Maximum number of independent rings of a network. A single one is solved in O(n), a net of many
+/// meshes is not: with 968 of them, it takes 55 times as long per segment as a tree.
+pub const MAX_RINGS: usize = 1000;
+
+/// Reason why a body cannot be a rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a rod needs a body of edges alone, such as a rope; this one has a surface")]
-pub struct NotARod;
+#[non_exhaustive]
+pub enum NotARod {
+    /// The body has triangles or tetrahedra.
+    #[error("a rod needs a body of edges alone, such as a rope; this one has a surface")]
+    Surface,
+    /// More than [`MAX_MEETING_EDGES`] edges meet in a vertex.
+    #[error(
+        "{edges} edges meet in vertex {vertex}, but at most {MAX_MEETING_EDGES} of a rod may; use \
+         fewer branches, or `stretch` and `bend`"
+    )]
+    Meeting {
+        /// The vertex.
+        vertex: VertexIndex,
+        /// Its edges.
+        edges: usize,
+    },
+    /// The body has more than [`MAX_RINGS`] independent rings.
+    #[error(
+        "the edges close {rings} rings, but at most {MAX_RINGS} of a rod may; use a coarser net, or \
+         `stretch`"
+    )]
+    Rings {
+        /// Number of independent rings.
+        rings: usize,
+    },
+}
 
 /// A joint of two segments that meet in a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,10 +120,10 @@ impl RodShape {
     /// order of these.
     ///
     /// # Errors
-    /// [`NotARod`] for a body with a surface.
+    /// [`NotARod`] for a body with a surface, too many edges at a vertex or too many rings.
     pub fn of(topology: &Topology) -> Result<Self, NotARod> {
         if !topology.triangles.is_empty() || topology.tetrahedra.corners().len() > 0 {
-            return Err(NotARod);
+            return Err(NotARod::Surface);
         }
         let vertex = |particle: u32| topology.numbering.vertex(ParticleIndex(particle));
         let mut edges: Vec<Vec<(u32, usize)>> = vec![Vec::new(); topology.particles()];
@@ -102,6 +133,15 @@ impl RodShape {
         }
         let mut order: Vec<u32> = (0..topology.particles() as u32).collect();
         order.sort_by_key(|&particle| vertex(particle));
+        let crowded = order
+            .iter()
+            .find(|&&i| edges[i as usize].len() > MAX_MEETING_EDGES);
+        if let Some(&particle) = crowded {
+            return Err(NotARod::Meeting {
+                vertex: vertex(particle),
+                edges: edges[particle as usize].len(),
+            });
+        }
         let is_free = |&&i: &&u32| edges[i as usize].len() == 1;
         let is_inside = |&&i: &&u32| edges[i as usize].len() > 1;
         let mut walk = Walk {
@@ -125,6 +165,10 @@ impl RodShape {
             } else {
                 networks.push(&steps, topology, true);
             }
+        }
+        let rings = networks.closing.len();
+        if rings > MAX_RINGS {
+            return Err(NotARod::Rings { rings });
         }
         let mut all = Self::sorted(chains, topology);
         all.networks = networks;
