@@ -1,4 +1,4 @@
-//! Rods: chains of edges with stiffness against stretching, shear, bending and twist.
+//! Rods: edges with stiffness against stretching, shear, bending and twist.
 
 use super::{
     Effect, Figures, Parameter, Scale,

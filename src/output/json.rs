@@ -40,7 +40,7 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "overpressure_pa": last.overpressure,
         "inverted": last.inverted,
         "contacts": last.contacts,
-        "touched": run.contacts.iter().map(|pair| json!({
+        "touched": run.touched.iter().map(|pair| json!({
             "bodies": pair.bodies,
             "seconds": pair.seconds,
             "mean_force_n": pair.mean_force,

@@ -17,7 +17,7 @@ use crate::{
     solver::Threads,
 };
 use bevy::prelude::*;
-use std::ops::ControlFlow;
+use std::{collections::BTreeMap, ops::ControlFlow};
 
 /// Options of a run.
 #[derive(Debug, Clone, Default)]
@@ -61,7 +61,7 @@ pub struct Run {
     /// Settings of the run.
     pub settings: crate::solver::Settings,
     /// Bodies that touched each other, in the order in which they first did.
-    pub contacts: Vec<PairOfRun>,
+    pub touched: Vec<PairOfRun>,
     /// Hash of the final state.
     pub state_hash: u64,
     /// The final world.
@@ -79,7 +79,8 @@ pub struct PairOfRun {
     pub bodies: [String; 2],
     /// Time of the ticks in which they touched [s].
     pub seconds: f64,
-    /// Mean magnitude of the force between them in these ticks [N].
+    /// Mean magnitude of the force between them in these ticks, without the impulses of restitution
+    /// [N].
     pub mean_force: f64,
     /// Largest magnitude of the force between them, as the mean over a tick [N].
     pub largest_force: f64,
@@ -207,7 +208,7 @@ pub fn run_in(
             ecs,
         });
         history.push(world.resource::<Statistics>().clone());
-        pairs.add(world.resource::<BodyContacts>());
+        pairs.add(world);
         if progress(done as f64 / ticks as f64).is_break() && done < ticks {
             stopped = true;
             break;
@@ -227,47 +228,53 @@ pub fn run_in(
         systems: system_names(world),
         ledger: world.remove_resource().filter(|_| options.ledger),
         settings,
-        contacts: pairs.named(settings.tick_seconds(), world),
+        touched: pairs.finish(settings.tick_seconds()),
         state_hash: state_hash(world),
         world: end,
         seconds,
     }
 }
 
-/// Bodies that have touched so far: with the ticks in which they did, the sum of their forces and
-/// the largest one [N].
+/// Bodies that have touched so far, in the order in which they first did.
 #[derive(Debug, Default)]
-struct Pairs(Vec<([Entity; 2], u32, [f64; 2])>);
+struct Pairs {
+    /// With sums instead of means, and ticks instead of seconds.
+    all: Vec<PairOfRun>,
+    places: BTreeMap<[Entity; 2], usize>,
+}
 
 impl Pairs {
-    fn add(&mut self, contacts: &BodyContacts) {
-        for pair in contacts.pairs() {
-            let place = self.0.iter().position(|it| it.0 == pair.bodies);
-            let place = place.unwrap_or_else(|| {
-                self.0.push((pair.bodies, 0, [0.0; 2]));
-                self.0.len() - 1
+    fn add(&mut self, world: &World) {
+        let name = |body| {
+            let name = world.get::<Name>(body);
+            name.map_or_else(String::new, ToString::to_string)
+        };
+        for pair in world.resource::<BodyContacts>().pairs() {
+            let all = &mut self.all;
+            let place = *self.places.entry(pair.bodies).or_insert_with(|| {
+                all.push(PairOfRun {
+                    bodies: pair.bodies.map(name),
+                    seconds: 0.0,
+                    mean_force: 0.0,
+                    largest_force: 0.0,
+                });
+                all.len() - 1
             });
-            let (_, ticks, [sum, largest]) = &mut self.0[place];
             let force = f64::from(pair.force.length());
-            *ticks += 1;
-            *sum += force;
-            *largest = largest.max(force);
+            let of_run = &mut self.all[place];
+            of_run.seconds += 1.0;
+            of_run.mean_force += force;
+            of_run.largest_force = of_run.largest_force.max(force);
         }
     }
 
-    fn named(self, tick_seconds: f64, world: &World) -> Vec<PairOfRun> {
-        let name = |body| {
-            world
-                .get::<Name>(body)
-                .map_or_else(String::new, ToString::to_string)
+    fn finish(self, tick_seconds: f64) -> Vec<PairOfRun> {
+        let mean = |pair: PairOfRun| PairOfRun {
+            mean_force: pair.mean_force / pair.seconds,
+            seconds: pair.seconds * tick_seconds,
+            ..pair
         };
-        let pair = |(bodies, ticks, [sum, largest]): ([Entity; 2], u32, [f64; 2])| PairOfRun {
-            bodies: bodies.map(name),
-            seconds: f64::from(ticks) * tick_seconds,
-            mean_force: sum / f64::from(ticks),
-            largest_force: largest,
-        };
-        self.0.into_iter().map(pair).collect()
+        self.all.into_iter().map(mean).collect()
     }
 }
 

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     mesh,
     solver::{
-        Body, Collider, ParticleIndex, RodShape, Stitch, StitchEnd, StitchError, Stitches,
+        Body, Collider, NotARod, ParticleIndex, RodShape, Stitch, StitchEnd, StitchError, Stitches,
         SurfacePoint, Topology, VertexIndex, World, contact::pairs::on_triangle,
     },
     suggestion::similar,
@@ -19,8 +19,11 @@ type Numbered = (usize, Stitch);
 
 /// The first `count` vertices of each chain of a body.
 pub(super) fn roots(topology: &Topology, count: u32) -> Result<Vec<VertexIndex>, String> {
-    let shape = RodShape::of(topology).map_err(|error| format!("Roots: {error}"))?;
-    if !shape.is_of_chains() {
+    let shape = match RodShape::of(topology) {
+        Err(error @ NotARod::Surface) => return Err(format!("Roots: {error}")),
+        shape => shape.unwrap_or_default(),
+    };
+    if !shape.is_of_chains() || shape.roots(1).next().is_none() {
         return Err(
             "Roots: the body must consist of open chains of edges; this one has branches or rings"
                 .into(),

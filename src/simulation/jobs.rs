@@ -15,7 +15,7 @@ use crate::solver::{
     },
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
-use std::{mem::take, ops::Range, time::Instant};
+use std::{collections::BTreeMap, mem::take, ops::Range, time::Instant};
 
 /// The components that [`Stepper`] needs.
 type Parts = (
@@ -136,6 +136,9 @@ pub struct BodyContacts {
     /// The bodies that can touch, by their places.
     bodies: Vec<Entity>,
     touching: Vec<[Entity; 2]>,
+    /// Pairs that touched in the tick so far, with sums of their forces over these substeps.
+    pairs: BTreeMap<[SpawnOrder; 2], BodyPair>,
+    substeps: u32,
     /// Bodies that stitches joined at the start of the tick, by their numbers and as entities.
     joints: Joints,
     joined: Vec<[Entity; 2]>,
@@ -195,14 +198,15 @@ impl BodyContacts {
         &self.touching
     }
 
-    /// The pairs of bodies that touched in the last tick, with their mutual forces. For a tick with
-    /// bodies that are all asleep there are none, nor are contacts with colliders and of a body with
-    /// itself among them.
+    /// The pairs of bodies that touched in the last tick, with the force between them. There are none
+    /// in a tick in which all bodies sleep. Contacts with colliders, and of a body with itself, are
+    /// not among them.
     pub fn pairs(&self) -> impl Iterator<Item = BodyPair> {
-        self.contacts.pairs().map(|it| BodyPair {
-            bodies: it.bodies.map(|place| self.bodies[place as usize]),
-            force: it.force.as_vec3(),
-            normal_force: it.normal_force as f32,
+        let part = 1.0 / self.substeps.max(1) as f32;
+        self.pairs.values().map(move |pair| BodyPair {
+            force: pair.force * part,
+            normal_force: pair.normal_force * part,
+            ..*pair
         })
     }
 
@@ -248,7 +252,8 @@ impl Bodies<'_, '_> {
         let bodies = self.bodies.iter();
         let all = bodies.map(|(entity, order, .., stitches, _, _)| (*order, entity, stitches));
         let joints = Joints::of(all.clone().map(|(order, _, stitches)| (order, stitches)));
-        self.contacts.contacts.begin_tick();
+        self.contacts.pairs.clear();
+        self.contacts.substeps = 0;
         self.contacts.joined.clear();
         if !joints.joined.is_empty() {
             let mut sorted: Vec<_> = all.map(|(order, entity, _)| (order, entity)).collect();
@@ -439,6 +444,8 @@ impl Bodies<'_, '_> {
                 contacts,
                 bodies,
                 touching: pairs,
+                pairs: all_pairs,
+                substeps,
                 ..
             } = &mut *self.contacts;
             let group = (0..).zip(touching.iter_mut()).map(|(place, job)| {
@@ -457,6 +464,16 @@ impl Bodies<'_, '_> {
             pairs.clear();
             let entity = |place: u32| bodies[place as usize];
             pairs.extend(contacts.touching().iter().map(|pair| pair.map(entity)));
+            *substeps += contacts.take_pairs(|pair| {
+                let orders = pair.bodies.map(|place| touching[place as usize].order);
+                let sum = all_pairs.entry(orders).or_insert(BodyPair {
+                    bodies: pair.bodies.map(entity),
+                    force: Vec3::ZERO,
+                    normal_force: 0.0,
+                });
+                sum.force += pair.force.as_vec3();
+                sum.normal_force += pair.normal_force as f32;
+            });
         } else if can_step_together {
             self.contacts.contacts.clear();
             self.contacts.bodies.clear();

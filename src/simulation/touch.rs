@@ -10,7 +10,7 @@ pub struct ContactStarted {
     pub bodies: [Entity; 2],
 }
 
-/// Two bodies no longer touch, or one of them is gone or has no contact any more.
+/// Two bodies no longer touch; or one of them is gone, in quarantine, or has no contact any more.
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ContactEnded {
     /// The bodies, in the order in which they were spawned.
@@ -23,7 +23,8 @@ pub struct ContactEnded {
 pub struct BodyPair {
     /// The bodies, in the order in which they were spawned.
     pub bodies: [Entity; 2],
-    /// Force on the first one, the mean over the substeps of the tick [N].
+    /// Force on the first one, the mean over the substeps of the tick [N]: normal forces and friction,
+    /// without the impulses of restitution.
     pub force: Vec3,
     /// Sum of the normal forces of all contacts of the two, the mean over the substeps [N].
     pub normal_force: f32,

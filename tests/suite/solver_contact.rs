@@ -94,6 +94,13 @@ fn finding_contacts_costs_the_same_anywhere() {
     // The same claims, with positions of 48 bits: 0.4 nm there.
     assert!(candidates(9.9e4).abs_diff(near) <= near / 100);
     assert_eq!(candidates(1.1e5), 0);
+    // What reaches farther out still touches near the origin.
+    let mut world = World::default();
+    let mut small = cloth(1.0, 4);
+    small.translate(Vec3::Y * 0.01);
+    world.bodies.extend([cloth(4e5, 1), small]);
+    world.tick();
+    assert!(world.contacts.counts().candidates > 0);
 }
 
 #[test]
@@ -125,10 +132,6 @@ fn a_body_lies_on_another_at_the_thickness_of_their_contact() {
     assert!((gap - thickness).abs() < 0.3 * thickness, "gap {gap} m");
 }
 
-/// At rest, contacts carry the weight: Σ(λₙn + λₜ)/h² = mg on the upper of two cubes. A velocity
-/// that changes by less than 1e-3 m/s in the second of the mean changes it by 1e-4 mg; forces are
-/// those of the last substep of each tick, whose deviations from the mean average out to below a
-/// hundredth.
 /// The app writes one message when a cube comes to lie on another, also over ticks in which both
 /// sleep, and one when it is lifted off. Meanwhile, the force of the pair is the weight.
 #[test]
@@ -189,6 +192,10 @@ fn bodies_say_when_they_begin_and_cease_to_touch_and_with_which_force() {
     assert_eq!(messages(&mut app), (vec![], vec![pair]));
 }
 
+/// At rest, contacts carry the weight: Σ(λₙn + λₜ)/h² = mg on the upper of two cubes. A velocity
+/// that changes by less than 1e-3 m/s in the second of the mean changes it by 1e-4 mg; forces are
+/// those of the last substep of each tick, whose deviations from the mean average out to below a
+/// hundredth.
 #[test]
 fn contact_forces_carry_the_weight() {
     let mut world = two_cubes();

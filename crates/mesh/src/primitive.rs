@@ -1,7 +1,8 @@
 //! Primitive bodies: parameters and validation.
 //!
 //! The shapes are built in [`solid`] and [`sheet`]. This module has their parameters, ranges, and
-//! the limits that bound memory. All shapes are centered on the origin.
+//! the limits that bound memory. All shapes are centered on the origin,
+//! but for a tree, which begins there.
 
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 /// Length of a substep [s] before the first one: that of default settings.
 const FIRST_SUBSTEP: f32 = 1.0 / 600.0;
 
-/// Largest coordinate [m] at which a scene places bodies, and at which bodies touch. Boxes around
-/// them have single precision: farther out, they are so coarse that everything seems to touch.
+/// Largest coordinate [m] at which a scene places bodies, and at which bodies touch. The boxes by
+/// which crossings are found have single precision: farther out, all of them overlap.
 pub const MAX_COORDINATE: f64 = 1e5;
 
 /// Particles as columns of 16-byte elements.
@@ -320,7 +320,7 @@ pub struct Part<'a> {
     pub displacements: &'a mut [Vec4],
     /// As [`Particles::carry`].
     pub carry: &'a mut [Vec4],
-    /// The segments of the chains that a rod solves on these particles.
+    /// The segments that a rod solves on these particles.
     pub segments: &'a mut [SegmentState],
 }
 

@@ -40,10 +40,16 @@ use bevy::{
     window::ExitCondition,
     winit::WinitPlugin,
 };
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
 
 /// Frames to wait for the image from the graphics card before giving up.
 const PATIENCE: u32 = 600;
+
+/// Time to wait for shaders before giving up.
+const LOADING: Duration = Duration::from_secs(60);
 
 /// Reason why no image could be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -59,6 +65,9 @@ pub enum PictureError {
         /// Message of the system.
         reason: String,
     },
+    /// The shaders were not loaded in time.
+    #[error("the shaders of the bodies were not loaded within a minute; try again")]
+    NoShaders,
     /// The graphics card did not return the image.
     #[error("the graphics adapter did not return the image; try again")]
     NoAnswer,
@@ -187,7 +196,7 @@ fn render(
         .entity_mut(eye)
         .insert((OrbitCamera::at(orbit), orbit.transform()));
     app.update();
-    wait_for_shaders(&mut app);
+    wait_for_shaders(&mut app)?;
     capture(&mut app, target)
 }
 
@@ -199,15 +208,18 @@ fn orbit(built: &BuiltScene, camera: Option<CameraSpec>, size: UVec2) -> Orbit {
 
 /// Draws frames until nothing waits for its shader, which is loaded beside them: bodies would be
 /// missing in the image.
-fn wait_for_shaders(app: &mut App) {
-    for _ in 0..PATIENCE {
+fn wait_for_shaders(app: &mut App) -> Result<(), PictureError> {
+    let started = Instant::now();
+    while started.elapsed() < LOADING {
         app.update();
         let world = app.sub_app(RenderApp).world();
         let mut waiting = world.resource::<PipelineCache>().waiting_pipelines();
         if waiting.next().is_none() {
-            return;
+            return Ok(());
         }
+        std::thread::sleep(Duration::from_millis(1));
     }
+    Err(PictureError::NoShaders)
 }
 
 /// The captured image.

@@ -44,7 +44,7 @@ pub mod all {
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
         pressure::Pressure,
-        rod::{NotARod, Rod, RodShape, RodState, SegmentState},
+        rod::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodShape, RodState, SegmentState},
         shape_matching::{ShapeMatching, ShapeMatchingState},
         sink::Sink,
         stitches::{Stitch, StitchEnd, StitchError, Stitches},

@@ -324,6 +324,12 @@ impl Contacts {
         self.sums.means()
     }
 
+    /// Removes the pairs of bodies that touched since the tick began, or since they were removed last:
+    /// forces are sums over the substeps, whose number is returned.
+    pub fn take_pairs(&mut self, each: impl FnMut(PairContact)) -> u32 {
+        self.sums.take(each)
+    }
+
     /// Begins a tick: forces of pairs are added up anew.
     pub fn begin_tick(&mut self) {
         self.sums.clear();
@@ -589,9 +595,8 @@ impl Contacts {
             return;
         }
         self.is_valid = false;
-        // Their places are those of the bodies before.
+        // Its places are those of the bodies before.
         self.touching.clear();
-        self.sums.clear();
         self.members.clear();
         self.rigids.clear();
         let mut first = 0;

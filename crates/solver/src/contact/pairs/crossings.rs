@@ -5,7 +5,8 @@ use super::{
     stitched::StitchedVertices,
 };
 use crate::{
-    ColliderMesh, Effects, Particles, Pose, Stitches, Topology, topology::surface::Surface,
+    ColliderMesh, Effects, Particles, Pose, Stitches, Topology, particles::MAX_COORDINATE,
+    topology::surface::Surface,
 };
 use glam::{DVec3, Vec3, Vec3A};
 use robust::{Coord3D, orient3d};
@@ -115,7 +116,10 @@ pub fn crossings<'a>(
 fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
     let is_itself = std::ptr::eq(a, b);
     let ends = |edge: [u32; 2]| edge.map(|v| a.x[v as usize]);
+    // Farther out, bodies pass through each other, and boxes are so coarse that all of them overlap.
+    let is_near = |at: &DVec3| at.abs().max_element() <= MAX_COORDINATE;
     let edges = a.surface.edges.iter();
+    let edges = edges.filter(|edge| ends(**edge).iter().all(is_near));
     let (edges, boxes): (Vec<[u32; 2]>, Vec<Bounds>) = edges
         .map(|&edge| (edge, around(&ends(edge))))
         .filter(|(_, near)| near.meets(&b.bounds))
@@ -130,7 +134,7 @@ fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
     for triangle in &b.surface.triangles {
         let corners = triangle.map(|v| b.x[v as usize]);
         let bounds = around(&corners);
-        if !bounds.meets(&a.bounds) {
+        if !corners.iter().all(is_near) || !bounds.meets(&a.bounds) {
             continue;
         }
         grid.near(&bounds, |item| {

@@ -310,7 +310,10 @@ impl Contacts {
             let moved = bounds.displaced(&piece.claim.bounds()).grown(reach);
             let around = [moved.low, moved.high].map(|corner| at + corner.as_dvec3());
             swept_boxes.push(around);
-            if at.abs().max_element() <= MAX_COORDINATE {
+            let [low, high] = around;
+            let is_far = low.cmpgt(DVec3::splat(MAX_COORDINATE)).any()
+                || high.cmplt(DVec3::splat(-MAX_COORDINATE)).any();
+            if !is_far {
                 order.push((around[0].x, number));
             }
         }

@@ -6,9 +6,10 @@ use glam::DVec3;
 /// What two bodies that touched in a tick have done to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairContact {
-    /// Indices of the bodies, in ascending order.
+    /// Places of the bodies among those that are stepped together, in ascending order.
     pub bodies: [u32; 2],
-    /// Mean force on the first one over the substeps of the tick so far [N].
+    /// Mean force on the first one over the substeps of the tick so far [N]: normal forces and
+    /// friction, without the impulses of restitution.
     pub force: DVec3,
     /// Mean sum of the normal forces of all contacts of the two [N].
     pub normal_force: f64,
@@ -58,6 +59,12 @@ impl Sums {
             self.pairs[last].normal_force += normal_force;
             self.pairs[last].force += force * sign;
         }
+    }
+
+    /// Removes the sums; returns the number of substeps.
+    pub fn take(&mut self, each: impl FnMut(PairContact)) -> u32 {
+        self.pairs.drain(..).for_each(each);
+        std::mem::take(&mut self.substeps)
     }
 
     /// The means so far.

@@ -32,7 +32,7 @@ mod pieces;
 mod shape;
 mod system;
 
-pub use shape::{NotARod, RodShape};
+pub use shape::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, RodShape};
 pub use system::SegmentState;
 
 use super::body_effect::{

@@ -1,4 +1,4 @@
-//! Access to the chains of a body from several threads: those of each piece.
+//! Access to the chains and networks of a body from several threads: those of each piece.
 
 #![allow(
     unsafe_code,
@@ -64,7 +64,8 @@ impl Scope<Option<Box<RodState>>> for EachChain {
             let group = group(&*shared.groups, piece);
             let has_networks = has_networks(&*shared.groups, piece);
             RodPiece {
-                networks: shared.networks.as_mut().filter(|_| has_networks),
+                networks: (has_networks && !shared.networks.is_null())
+                    .then(|| &mut *shared.networks),
                 first_segment: group.segments.start,
                 segments: shared.segments.part(group.segments.clone()),
                 lambdas: shared.lambdas.part(group.segments),

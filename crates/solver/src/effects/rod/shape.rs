@@ -10,10 +10,11 @@ use glam::{DQuat, DVec3};
 use std::{collections::BTreeMap, ops::Range};
 
 /// Maximum number of edges that meet in a vertex of a rod. All of them are coupled with each other.
-pub const MAX_MEETING_EDGES: usize = 32;
+pub const MAX_MEETING_EDGES: usize = 12;
 
-/// Maximum number of independent rings of a network. A single one is solved in O(n), a net of many
-/// meshes is not: with 968 of them, it takes 55 times as long per segment as a tree.
+/// Maximum number of rings of a rod, without the first one of each connected part. A single ring is
+/// solved in O(n), a net of many meshes is not: with 968 of them, it takes 55 times as long per
+/// segment as a tree.
 pub const MAX_RINGS: usize = 1000;
 
 /// Reason why a body cannot be a rod.
@@ -26,7 +27,7 @@ pub enum NotARod {
     /// More than [`MAX_MEETING_EDGES`] edges meet in a vertex.
     #[error(
         "{edges} edges meet in vertex {vertex}, but at most {MAX_MEETING_EDGES} of a rod may; use \
-         fewer branches, or `stretch` and `bend`"
+         fewer branches, or `stretch`"
     )]
     Meeting {
         /// The vertex.
@@ -34,13 +35,13 @@ pub enum NotARod {
         /// Its edges.
         edges: usize,
     },
-    /// The body has more than [`MAX_RINGS`] independent rings.
+    /// The body has more than [`MAX_RINGS`] rings beside the first one of each connected part.
     #[error(
-        "the edges close {rings} rings, but at most {MAX_RINGS} of a rod may; use a coarser net, or \
-         `stretch`"
+        "the nets of the body have {rings} meshes, but at most {MAX_RINGS} of a rod may; use \
+         coarser nets, or `stretch`"
     )]
     Rings {
-        /// Number of independent rings.
+        /// Number of rings.
         rings: usize,
     },
 }
@@ -116,8 +117,8 @@ struct Step {
 
 impl RodShape {
     /// The segments of a body: those of open chains by partition. Each connected part is walked
-    /// from its free end with the lowest vertex, or from its lowest vertex, and parts are in the
-    /// order of these.
+    /// from its free end with the lowest vertex, or from its lowest vertex; parts are in the order
+    /// of these, those without a free end last.
     ///
     /// # Errors
     /// [`NotARod`] for a body with a surface, too many edges at a vertex or too many rings.
@@ -149,7 +150,7 @@ impl RodShape {
             hubs: vec![None; topology.particles()],
             is_done: vec![false; topology.edges.ends().len()],
         };
-        let (mut chains, mut networks) = (Vec::new(), Rest::default());
+        let (mut chains, mut networks, mut rings) = (Vec::new(), Rest::default(), 0);
         for &root in order
             .iter()
             .filter(is_free)
@@ -163,10 +164,11 @@ impl RodShape {
             if edges[root as usize].len() == 1 && steps.iter().skip(1).all(is_inner) {
                 chains.push(steps);
             } else {
+                let closing = steps.iter().filter(|step| step.closes.is_some());
+                rings += closing.count().saturating_sub(1);
                 networks.push(&steps, topology, true);
             }
         }
-        let rings = networks.closing.len();
         if rings > MAX_RINGS {
             return Err(NotARod::Rings { rings });
         }

@@ -353,10 +353,7 @@ impl System {
             + size_of_val(&self.lambdas[..])
             + size_of_val(&self.changes[..])
             + size_of_val(&self.moves[..])
-            + self
-                .plan
-                .as_ref()
-                .map_or(0, |plan| plan.elimination.bytes())
+            + self.plan.as_ref().map_or(0, Plan::bytes)
     }
 }
 
@@ -418,6 +415,15 @@ impl Plan {
             turns,
             elimination: Elimination::new(coupled),
         }
+    }
+
+    fn bytes(&self) -> usize {
+        let nodes = self.nodes.iter().map(|(_, ends)| size_of_val(&ends[..]));
+        let turns = self.turns.iter().map(|rows| size_of_val(&rows[..]));
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.turns[..])
+            + nodes.chain(turns).sum::<usize>()
+            + self.elimination.bytes()
     }
 }
 

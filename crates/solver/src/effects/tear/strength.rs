@@ -302,7 +302,7 @@ fn areas_of_edges(topology: &Topology) -> Vec<f64> {
 struct EdgesByEnd {
     /// Start of the edges of each particle, and the end of those of the last.
     starts: Vec<u32>,
-    /// The other particle, and the edge.
+    /// The other particle, and the edge, sorted for each particle.
     edges: Vec<(u32, u32)>,
 }
 
@@ -322,14 +322,20 @@ impl EdgesByEnd {
             edges[*slot as usize] = (*a.max(b), edge);
             *slot += 1;
         }
+        for ends in starts.windows(2) {
+            edges[ends[0] as usize..ends[1] as usize].sort_unstable();
+        }
         Self { starts, edges }
     }
 
     fn between(&self, a: u32, b: u32) -> impl Iterator<Item = usize> + '_ {
         let (low, high) = (a.min(b), a.max(b));
         let [from, to] = [0, 1].map(|next| self.starts[low as usize + next] as usize);
-        let own = self.edges[from..to].iter();
-        own.filter(move |(other, _)| *other == high)
+        let own = &self.edges[from..to];
+        let first = own.partition_point(|(other, _)| *other < high);
+        let edges = own[first..].iter();
+        edges
+            .take_while(move |(other, _)| *other == high)
             .map(|(_, edge)| *edge as usize)
     }
 }
