@@ -135,6 +135,7 @@ fn decode(bytes: &[u8]) -> Option<ColorImage> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bevy_egui::egui::Color32;
 
     #[test]
     fn every_built_in_scene_has_a_picture_of_the_size_of_a_tile() {
@@ -146,6 +147,14 @@ mod tests {
             let first = image.pixels[0];
             let is_plain = image.pixels.iter().all(|pixel| *pixel == first);
             assert!(!is_plain, "{} shows nothing", scene.name);
+            // Bodies have colors, unlike sky, floor and shadows; those of one scene are gray.
+            let is_colored = |pixel: &&Color32| {
+                let [r, g, b] = [pixel.r(), pixel.g(), pixel.b()];
+                r.max(g).max(b) - r.min(g).min(b) > 60
+            };
+            let colored = image.pixels.iter().filter(is_colored).count();
+            let has_bodies = colored >= 100 || scene.name == "chute";
+            assert!(has_bodies, "{} shows no bodies", scene.name);
             bytes += scene.picture.len();
         }
         // They are part of the program: 25 kB each.
