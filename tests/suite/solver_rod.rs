@@ -349,9 +349,7 @@ fn a_free_rod_conserves_momentum_and_gains_no_energy() {
 }
 
 /// Both run the same solve on positions of other precision.
-#[test]
-fn the_reference_follows_the_solver() {
-    let body = beam(&coil(), 0.3, rod(1e-3));
+fn the_reference_follows(body: Body) {
     let mut fast = world(body, 10, Vec3::Y * -9.81);
     let mut exact = reference::World::of(&fast);
     for tick in 0..60 {
@@ -364,6 +362,11 @@ fn the_reference_follows_the_solver() {
             assert!(off < 1e-4, "tick {tick}, particle {i}: off by {off} m");
         }
     }
+}
+
+#[test]
+fn the_reference_follows_the_solver() {
+    the_reference_follows(beam(&coil(), 0.3, rod(1e-3)));
 }
 
 /// 150 strands and a chain that is too long for a piece of a body that threads share.
@@ -738,18 +741,7 @@ fn a_network_has_the_same_bits_on_any_number_of_threads() {
 fn the_reference_follows_the_solver_on_a_network() {
     let mut body = pinned(body("network", network(0), 0.3), &[0, 24, 25]);
     body.effects.rod = Some(rod(1e-3));
-    let mut fast = world(body, 10, Vec3::Y * -9.81);
-    let mut exact = reference::World::of(&fast);
-    for tick in 0..60 {
-        fast.tick();
-        exact.tick();
-        let particles = &fast.bodies[0].particles;
-        for (i, x) in exact.bodies[0].x.iter().enumerate() {
-            let off = particles.position(i).distance(*x);
-            // As for a chain.
-            assert!(off < 1e-4, "tick {tick}, particle {i}: off by {off} m");
-        }
-    }
+    the_reference_follows(body);
 }
 
 /// A stiff rod falls across another one, and comes to lie on it.
