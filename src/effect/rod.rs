@@ -8,8 +8,8 @@ use super::{
 use crate::{
     simulation::SoftBody,
     solver::{
-        BodyEffectKind, Damping, PoissonRatio, Rod, RodRadius, RodShape, Settings, YoungsModulus,
-        advance::Stage,
+        BodyEffectKind, Curl, Damping, PoissonRatio, Rod, RodRadius, RodShape, SectionStiffness,
+        Settings, Twist, YoungsModulus, advance::Stage,
     },
 };
 use bevy::prelude::*;
@@ -34,6 +34,26 @@ impl Effect for Rod {
             radius: RodRadius, "Radius", "m",
             "Radius of the circular section. Stiffness against bending and twist grows with its fourth power; the mass does not change.",
             (1e-4, 0.1), Scale::Logarithmic
+        ),
+        parameter!(
+            bending_stiffness: SectionStiffness, "Bending stiffness EI", "N·m²",
+            "Stiffness against bending of a section that is not a circle, such as a yarn; 0 is that of a circle.",
+            (1e-9, 1e4), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            twisting_stiffness: SectionStiffness, "Twisting stiffness GJ", "N·m²",
+            "Stiffness against twist of a section that is not a circle; 0 is that of a circle.",
+            (1e-9, 1e4), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            curl: Curl, "Curl", "× mesh",
+            "Curvature at rest, relative to that of the mesh: 0 is straight.",
+            (0.0, 2.0), Scale::Linear
+        ),
+        parameter!(
+            twist: Twist, "Twist", "rad/m",
+            "Twist at rest: a curved rod becomes a helix, a closed one leaves its plane.",
+            (-100.0, 100.0), Scale::Linear
         ),
         parameter!(
             damping: Damping, "Damping", "s",

@@ -60,8 +60,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 12 stores the segments of rods by the partitions of the body.
-const VERSION: u32 = 12;
+/// Other versions are not read. Version 13 stores the rest shape of rods.
+const VERSION: u32 = 13;
 const HEAD: usize = 28;
 
 impl Snapshot {

@@ -121,6 +121,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "rods" Ropes 2.0,
     "coil_springs" Ropes 1.0,
     "hoops" Ropes 1.0,
+    "twisted_ring" Ropes 4.0,
     "tree" Ropes 2.0,
     "hair" Ropes 1.2,
     "curls" Ropes 1.2,

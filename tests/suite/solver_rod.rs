@@ -35,6 +35,7 @@ fn rod(tau: f32) -> Rod {
         poisson_ratio: PoissonRatio::new(RATIO).expect("sound"),
         radius: RodRadius::new(RADIUS).expect("sound"),
         damping: damping(tau),
+        ..Rod::default()
     }
 }
 

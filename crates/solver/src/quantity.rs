@@ -172,6 +172,19 @@ quantity!(
     "between 1e-6 and 1 m", |v| 1e-6 <= v && v <= 1.0
 );
 quantity!(
+    /// Stiffness of a section against bending or twist [N·m²]; 0 is that of a circle.
+    SectionStiffness(f32), "stiffness of the section", default 0.0,
+    "between 1e-20 and 1e12 N·m², or 0 for that of a circle", |v| v == 0.0 || 1e-20 <= v && v <= 1e12
+);
+quantity!(
+    /// Fraction of the curvature of a mesh that a rod has at rest.
+    Curl(f32), "curl", default 1.0, "between 0 (straight) and 10", |v| 0.0 <= v && v <= 10.0
+);
+quantity!(
+    /// Twist at rest [rad/m].
+    Twist(f32), "twist", default 0.0, "between -1e5 and 1e5 rad/m", |v| -1e5 <= v && v <= 1e5
+);
+quantity!(
     /// Thickness of a sheet in m.
     Thickness(f32), "thickness", default 1e-3,
     "between 1e-9 and 1e3 m", |v| 1e-9 <= v && v <= 1e3
@@ -412,6 +425,9 @@ from_float!(
     FlexuralRigidity,
     YoungsModulus,
     RodRadius,
+    SectionStiffness,
+    Curl,
+    Twist,
     PoissonRatio,
     Thickness,
     MembraneCompliance,

@@ -9,10 +9,11 @@ pub(crate) use bevy_reflect::{
 
 use crate::quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, Compliance, ContactThickness, Creep,
-    Damping, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, GrainRadius,
-    Height, Length, Lifetime, MembraneCompliance, PieceSize, PlasticLimit, PoissonRatio,
-    RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Seed, Slack,
-    Stiffness, Strain, Thickness, Toughness, Yield, YoungsModulus,
+    Curl, Damping, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction,
+    GrainRadius, Height, Length, Lifetime, MembraneCompliance, PieceSize, PlasticLimit,
+    PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance,
+    SectionStiffness, Seed, Slack, Stiffness, Strain, Thickness, Toughness, Twist, Yield,
+    YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -32,6 +33,9 @@ impl_reflect_opaque!((in pliant::solver) PoissonRatio(Clone, Debug, Default, Par
 impl_reflect_opaque!((in pliant::solver) RegionSize(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) RodRadius(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) SectionStiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Curl(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Twist(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Cohesion(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) RollingResistance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Slack(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -326,8 +326,8 @@ impl Body {
             effects: Effects::default(),
             states: ReferenceStates {
                 stitches: (body.stitches.clone(), Vec::new()),
-                rod: body.effects.rod.map_or_else(RodState::default, |_| {
-                    RodState::resumed(&body.topology, &body.particles.segments)
+                rod: body.effects.rod.map_or_else(RodState::default, |rod| {
+                    RodState::resumed(&rod, &body.topology, &body.particles.segments)
                 }),
                 ..ReferenceStates::default()
             },

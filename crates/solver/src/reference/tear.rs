@@ -58,7 +58,12 @@ impl Body {
         self.topology = Arc::clone(&torn.topology);
         self.states = super::ReferenceStates {
             stitches,
-            rod: crate::RodState::resumed(&self.topology, &segments),
+            rod: self
+                .effects
+                .rod
+                .map_or_else(crate::RodState::default, |rod| {
+                    crate::RodState::resumed(&rod, &self.topology, &segments)
+                }),
             ..super::ReferenceStates::default()
         };
         self.lambdas = Default::default();

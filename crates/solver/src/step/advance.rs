@@ -118,8 +118,13 @@ impl Stepper<'_> {
             let kept = (read || effects.tear.is_some()) && effects.has(kind);
             self.states.make_room(kind, topology, kept);
         }
-        if effects.rod.is_some() {
-            rod::place(self.particles, topology, &mut self.states.others.rod);
+        if let Some(effect) = &effects.rod {
+            rod::place(
+                effect,
+                self.particles,
+                topology,
+                &mut self.states.others.rod,
+            );
         } else {
             self.particles.segments.clear();
         }

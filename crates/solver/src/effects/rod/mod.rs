@@ -41,7 +41,8 @@ use super::body_effect::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, Particles, PoissonRatio, RodRadius, Topology, YoungsModulus,
+    Curl, Damping, Particles, PoissonRatio, RodRadius, SectionStiffness, Topology, Twist,
+    YoungsModulus,
     kernel::sum::SquareSum,
     particles::Part,
     topology::{Identity, Torn},
@@ -50,7 +51,7 @@ use bundle::{Bundle, Iteration};
 use glam::{DQuat, DVec3};
 use pieces::{EachChain, Group, RodPiece, Scratches};
 use serde::{Deserialize, Serialize};
-use shape::RestSegment;
+use shape::{RestCurve, RestSegment};
 use std::{borrow::Cow, collections::BTreeMap};
 use system::{Node, Pass, Section, System};
 
@@ -70,6 +71,17 @@ pub struct Rod {
     pub poisson_ratio: PoissonRatio,
     /// Radius r of the section [m]; default 5e-3. It does not affect the mass.
     pub radius: RodRadius,
+    /// Stiffness EI against bending [N·m²], for sections that are not a circle, such as yarns and
+    /// cables; default 0: that of a circle.
+    pub bending_stiffness: SectionStiffness,
+    /// Stiffness GJ against twist [N·m²]; default 0: that of a circle.
+    pub twisting_stiffness: SectionStiffness,
+    /// Fraction of the curvature of the mesh that the rod has at rest; default 1; 0 is straight.
+    /// Branches keep their angles.
+    pub curl: Curl,
+    /// Twist at rest beside that of the mesh [rad/m]; default 0. A curved rod becomes a helix, and a
+    /// closed one leaves its plane (Michell 1889).
+    pub twist: Twist,
     /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
 }
@@ -78,6 +90,7 @@ pub struct Rod {
 #[derive(Debug, Clone, Default)]
 pub struct RodState {
     made_for: Option<Identity>,
+    curve: RestCurve,
     chains: System,
     networks: System,
     /// The chains in lanes; empty in the reference.
@@ -90,18 +103,22 @@ pub struct RodState {
 impl PartialEq for RodState {
     fn eq(&self, other: &Self) -> bool {
         self.made_for == other.made_for
+            && self.curve == other.curve
             && self.chains == other.chains
             && self.networks == other.networks
     }
 }
 
 impl RodState {
-    /// For a body; a body with a surface has no segments.
+    /// For a rod and its body; a body with a surface has no segments.
     #[must_use]
-    pub fn of(topology: &Topology) -> Self {
-        let shape = RodShape::of(topology).unwrap_or_default();
+    pub fn of(rod: &Rod, topology: &Topology) -> Self {
+        let curve = rod.curve();
+        let mut shape = RodShape::of(topology).unwrap_or_default();
+        shape.curl(curve);
         Self {
             made_for: Some(topology.identity()),
+            curve,
             chains: System::new(shape.chains, topology.particles()),
             networks: System::new(shape.networks, topology.particles()),
             ..Self::default()
@@ -109,8 +126,8 @@ impl RodState {
     }
 
     /// For a body with these segments.
-    pub(crate) fn resumed(topology: &Topology, segments: &[SegmentState]) -> Self {
-        let mut state = Self::of(topology);
+    pub(crate) fn resumed(rod: &Rod, topology: &Topology, segments: &[SegmentState]) -> Self {
+        let mut state = Self::of(rod, topology);
         state.resume(segments);
         state
     }
@@ -168,9 +185,12 @@ impl RodState {
         own.is_some_and(|identity| identity.id() == topology.id())
     }
 
-    fn update(&mut self, topology: &Topology) {
+    /// Begins anew for another body. With another curve at rest, the segments stay.
+    fn update(&mut self, rod: &Rod, topology: &Topology) {
         if !self.is_of(topology) {
-            *self = Self::of(topology);
+            *self = Self::of(rod, topology);
+        } else if self.curve != rod.curve() {
+            *self = Self::resumed(rod, topology, &self.segments());
         }
     }
 
@@ -192,13 +212,14 @@ impl RodState {
     /// The state of a body, or a new one before the first substep.
     fn known<'a>(
         state: Option<&'a Self>,
+        rod: &Rod,
         topology: &Topology,
         at: impl Fn(u32) -> DVec3,
     ) -> Cow<'a, Self> {
         let known = state.filter(|state| state.is_of(topology) && state.has_segments());
         known.map_or_else(
             || {
-                let mut new = Self::of(topology);
+                let mut new = Self::of(rod, topology);
                 new.fit(at);
                 Cow::Owned(new)
             },
@@ -237,12 +258,13 @@ pub(crate) fn torn(segments: &[SegmentState], before: &Topology, torn: &Torn) ->
 
 /// Writes the orientations of the segments of a rod into its particles, if they have none.
 pub(crate) fn place(
+    rod: &Rod,
     particles: &mut Particles,
     topology: &Topology,
     state: &mut Option<Box<RodState>>,
 ) {
     let state = state.get_or_insert_default();
-    state.update(topology);
+    state.update(rod, topology);
     if state.groups.is_empty() {
         let parts = RodShape::of(topology).map(|shape| shape.parts);
         let of = |some| bundle::bundles(&state.chains.rest, some);
@@ -262,7 +284,23 @@ impl Rod {
             self.poisson_ratio.get(),
         ]
         .map(f64::from);
-        Section::circle(radius, modulus, ratio)
+        let mut section = Section::circle(radius, modulus, ratio);
+        let own = |stiffness: SectionStiffness| 1.0 / (4.0 * f64::from(stiffness.get()));
+        if self.bending_stiffness.get() > 0.0 {
+            section.bend.x = own(self.bending_stiffness);
+            section.bend.y = section.bend.x;
+        }
+        if self.twisting_stiffness.get() > 0.0 {
+            section.bend.z = own(self.twisting_stiffness);
+        }
+        section
+    }
+
+    fn curve(&self) -> RestCurve {
+        RestCurve {
+            curl: self.curl.get().into(),
+            twist: self.twist.get().into(),
+        }
     }
 
     /// An iteration, by its number and the number of all of a substep of `h` [s].
@@ -351,7 +389,7 @@ impl BodyEffect for Rod {
     }
 
     fn prepare_reference(&self, state: &mut RodState, topology: &Topology, x: &[DVec3], _: &[f64]) {
-        state.update(topology);
+        state.update(self, topology);
         if !state.has_segments() {
             state.fit(|i| x[i as usize]);
         }
@@ -392,7 +430,7 @@ impl BodyEffect for Rod {
         at: &dyn Fn(u32) -> (DVec3, f64),
         store: &mut dyn FnMut(Store),
     ) {
-        let known = RodState::known(state.as_deref(), topology, |i| at(i).0);
+        let known = RodState::known(state.as_deref(), self, topology, |i| at(i).0);
         let damping = f64::from(self.damping.get());
         let systems = [&known.chains, &known.networks].into_iter();
         for (errors, compliances) in
@@ -418,7 +456,7 @@ impl BodyEffect for Rod {
         particles: &Particles,
         h: f64,
     ) -> SquareSum {
-        let known = RodState::known(state.as_deref(), topology, |i| {
+        let known = RodState::known(state.as_deref(), self, topology, |i| {
             particles.position(i as usize)
         });
         let mut all = SquareSum::default();

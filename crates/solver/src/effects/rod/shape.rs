@@ -46,6 +46,29 @@ pub enum NotARod {
     },
 }
 
+/// The curve of a rod at rest, relative to that of its mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RestCurve {
+    /// Fraction of the curvature.
+    pub curl: f64,
+    /// Additional twist [rad/m].
+    pub twist: f64,
+}
+
+impl RestCurve {
+    /// That of the mesh.
+    pub const OF_MESH: Self = Self {
+        curl: 1.0,
+        twist: 0.0,
+    };
+}
+
+impl Default for RestCurve {
+    fn default() -> Self {
+        Self::OF_MESH
+    }
+}
+
 /// A joint of two segments that meet in a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RestJoint {
@@ -210,6 +233,14 @@ impl RodShape {
         }
     }
 
+    /// Changes the curve at rest.
+    pub(super) fn curl(&mut self, curve: RestCurve) {
+        if curve != RestCurve::OF_MESH {
+            self.chains.curl(curve, false);
+            self.networks.curl(curve, true);
+        }
+    }
+
     /// Whether all parts are open chains.
     #[must_use]
     pub fn is_of_chains(&self) -> bool {
@@ -224,6 +255,14 @@ impl RodShape {
             let others = segments.iter().map(|segment| segment.nodes[1]);
             first.chain(others).take(count as usize).map(ParticleIndex)
         })
+    }
+
+    /// The particles at the ends of each segment, in the order of
+    /// [`Particles::segments`](crate::Particles::segments). The z axis of a segment points from the
+    /// first to the second.
+    pub fn ends(&self) -> impl ExactSizeIterator<Item = [ParticleIndex; 2]> + '_ {
+        self.segments()
+            .map(|segment| segment.nodes.map(ParticleIndex))
     }
 
     /// The segments of chains and networks.
@@ -325,6 +364,59 @@ impl Rest {
         }
     }
 
+    /// Changes the rotations at rest of all joints but those of branches; `turned` as in
+    /// [`push`](Self::push).
+    fn curl(&mut self, curve: RestCurve, turned: bool) {
+        let nodes = || self.segments.iter().flat_map(|segment| segment.nodes);
+        let mut meeting = vec![0_u32; nodes().max().map_or(0, |last| last as usize + 1)];
+        nodes().for_each(|node| meeting[node as usize] += 1);
+        for row in 0..self.rows() {
+            let Some((behind, &joint)) = self.joint_of(row) else {
+                continue;
+            };
+            let [first, second] = [joint.before, behind].map(|i| self.segments[i].nodes);
+            // Which way the path through the joint runs along either segment.
+            let ends = [first[1], first[0]].into_iter().zip([1.0, -1.0]);
+            let Some((node, along_first)) = ends.into_iter().find(|end| second.contains(&end.0))
+            else {
+                continue;
+            };
+            if meeting[node as usize] > 2 {
+                continue;
+            }
+            let along_second = if second[0] == node { 1.0 } else { -1.0 };
+            let rest = if turned {
+                joint.offset.conjugate()
+            } else {
+                joint.turn
+            };
+            let tangents = [DVec3::Z * along_first, rest * (DVec3::Z * along_second)];
+            let bend = DQuat::from_rotation_arc(tangents[0], tangents[1]);
+            let half = 0.5 * curve.twist * joint.length;
+            let rest = about_axis(half * along_first)
+                * power(bend, curve.curl)
+                * bend.conjugate()
+                * rest
+                * about_axis(half * along_second);
+            let rest = rest.normalize();
+            let changed = if turned {
+                RestJoint {
+                    offset: rest.conjugate(),
+                    ..joint
+                }
+            } else {
+                RestJoint {
+                    turn: rest,
+                    ..joint
+                }
+            };
+            match row.checked_sub(self.segments.len()) {
+                None => self.segments[row].joint = Some(changed),
+                Some(place) => self.closing[place].1 = changed,
+            }
+        }
+    }
+
     /// Adds up the lengths at the nodes.
     fn measure(&mut self) {
         let nodes = self.segments.iter().flat_map(|segment| segment.nodes);
@@ -390,6 +482,20 @@ impl Rest {
             + size_of_val(&self.closing[..])
             + size_of_val(&self.ranges[..])
     }
+}
+
+/// Rotation about the z axis [rad].
+fn about_axis(angle: f64) -> DQuat {
+    let (sin, cos) = libm::sincos(0.5 * angle);
+    DQuat::from_xyzw(0.0, 0.0, sin, cos)
+}
+
+/// A rotation by a multiple of the angle of another.
+fn power(rotation: DQuat, factor: f64) -> DQuat {
+    let length = rotation.xyz().length();
+    let (sin, cos) = libm::sincos(factor * libm::atan2(length, rotation.w));
+    let axis = rotation.xyz().normalize_or_zero() * sin;
+    DQuat::from_xyzw(axis.x, axis.y, axis.z, cos)
 }
 
 #[cfg(test)]
