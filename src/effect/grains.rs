@@ -8,8 +8,8 @@ use super::{
 use crate::{
     simulation::SoftBody,
     solver::{
-        BodyEffectKind, Cohesion, Fraction, Friction, Grains, RecoverySpeed, Settings,
-        advance::Stage,
+        BodyEffectKind, Cohesion, Fraction, Friction, GrainRolling, Grains, RecoverySpeed,
+        Settings, advance::Stage,
     },
 };
 use bevy::prelude::*;
@@ -33,6 +33,11 @@ impl Effect for Grains {
             cohesion: Cohesion, "Cohesion", "N",
             "Largest force with which two touching grains hold each other, as in wet sand.",
             (1e-5, 10.0), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            rolling_resistance: GrainRolling, "Rolling resistance µᵣ", "",
+            "Slope above which grains roll; ∞ keeps them from rotating, 0 is smooth marbles.",
+            (1e-3, 1.0), Scale::LogarithmicToInfinity
         ),
         parameter!(
             recovery_speed: RecoverySpeed, "Recovery speed", "m/s",

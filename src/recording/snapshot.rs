@@ -60,7 +60,7 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 13 stores the rest shape of rods.
+/// Other versions are not read. Version 13 stores the rest shape of rods and the rotation of grains.
 const VERSION: u32 = 13;
 const HEAD: usize = 28;
 

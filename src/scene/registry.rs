@@ -128,6 +128,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "soft_head" Ropes 1.2,
     "sand_pile" Grains 1.5,
     "hourglass" Grains 1.5,
+    "marbles" Grains 1.2,
     "grains_on_cloth" Grains 1.0,
     "ball_pit" Grains 0.8,
     "fountain" Grains 3.0,

@@ -7,11 +7,11 @@ use pliant::{
     solver::{
         Attract, Axis, Bend, Body, BreakingStrain, Coefficient, Collide, Compliance, Contact,
         Creep, Damping, Direct, Drag, Effects, Emitter, Finite, FlexuralRigidity, Frequency,
-        Friction, Grab, Grains, Ground, IsometricBend, Membrane, MembraneCompliance, NeoHookean,
-        ParticleIndex, Plasticity, Pressure, RestShape, Rod, SelfContact, ShapeMatching, Sink,
-        Slack, StickyGround, Stiffness, Strain, StrainLimit, Stream, Stretch, Struts, SurfacePoint,
-        Tear, Tethers, Thickness, Turbulence, Uniform, Volume, Vortex, Weave, Wind, Yield,
-        YoungsModulus,
+        Friction, Grab, GrainRolling, Grains, Ground, IsometricBend, Membrane, MembraneCompliance,
+        NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape, Rod, SelfContact,
+        ShapeMatching, Sink, Slack, StickyGround, Stiffness, Strain, StrainLimit, Stream, Stretch,
+        Struts, SurfacePoint, Tear, Tethers, Thickness, Turbulence, Uniform, Volume, Vortex, Weave,
+        Wind, Yield, YoungsModulus,
     },
 };
 
@@ -74,7 +74,7 @@ samples! {
     ShapeMatching on Solid { frequency: of::<Frequency>(8.0); damping }
     Pressure on Shell { bulk_modulus: of::<Stiffness>(1e5) }
     Rod on Chain { youngs_modulus: of::<YoungsModulus>(1e7); damping }
-    Grains on Grains { friction: of::<Friction>(0.3) }
+    Grains on Grains { friction: of::<Friction>(0.3), rolling_resistance: of::<GrainRolling>(0.05) }
     Tethers on Sheet { slack: of::<Slack>(0.01) }
     Contact on Solid {}
     SelfContact on Sheet {}

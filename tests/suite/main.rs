@@ -117,6 +117,7 @@ mod solver_resolution;
 mod solver_rigid;
 mod solver_rod;
 mod solver_rod_twist;
+mod solver_rolling;
 mod solver_second_order;
 mod solver_shape_matching;
 mod solver_slips;

@@ -65,11 +65,11 @@ pub use particles::{MAX_COORDINATE, Particles};
 pub use quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, CollisionIterations, Compliance,
     ContactThickness, Creep, Curl, Damping, Density, Filling, Finite, FlexuralRigidity, Force,
-    Fraction, Frequency, Friction, GrainRadius, Height, InvalidValue, Iterations, KeepSpin, Length,
-    Lifetime, Mass, MembraneCompliance, Order, PieceSize, PlasticLimit, PoissonRatio, Rate,
-    RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance,
-    SectionStiffness, Seed, Slack, SmoothingIterations, Stiffness, Strain, Substeps, Thickness,
-    Toughness, Twist, Yield, YoungsModulus,
+    Fraction, Frequency, Friction, GrainRadius, GrainRolling, Height, InvalidValue, Iterations,
+    KeepSpin, Length, Lifetime, Mass, MembraneCompliance, Order, PieceSize, PlasticLimit,
+    PoissonRatio, Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius,
+    RollingResistance, SectionStiffness, Seed, Slack, SmoothingIterations, Stiffness, Strain,
+    Substeps, Thickness, Toughness, Twist, Yield, YoungsModulus,
 };
 pub use repair::Repair;
 pub use rest::SleepSettings;

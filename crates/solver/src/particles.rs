@@ -40,6 +40,9 @@ pub struct Particles {
     pub repair: Repair,
     /// The segments of a [rod](crate::Rod); empty without one, and until its first tick.
     pub segments: Vec<SegmentState>,
+    /// Rotation of the [grains](crate::Grains) that rotate: radius times angular velocity in xyz
+    /// [m/s], the radius in w [m]; empty for all others, and until the first tick.
+    pub spins: Vec<Vec4>,
     /// What an [`Emitter`](crate::Emitter) has emitted.
     pub emission: Emission,
     /// Angular momentum about the center of mass at the start of the substep [kg·m²/s], if it is
@@ -65,6 +68,7 @@ impl Clone for Particles {
             history,
             repair,
             segments,
+            spins,
             emission,
             spin,
         } = self;
@@ -75,6 +79,7 @@ impl Clone for Particles {
         history.clone_from(&from.history);
         repair.clone_from(&from.repair);
         segments.clone_from(&from.segments);
+        spins.clone_from(&from.spins);
         emission.clone_from(&from.emission);
         *spin = from.spin;
     }
@@ -90,6 +95,7 @@ impl Default for Particles {
             history: History::default(),
             repair: Repair::default(),
             segments: Vec::new(),
+            spins: Vec::new(),
             emission: Emission::default(),
             spin: None,
         }
@@ -186,6 +192,21 @@ impl Particles {
         for segment in &mut self.segments {
             segment.angular_velocity = DVec3::ZERO;
         }
+        for spin in &mut self.spins {
+            *spin = Vec4::ZERO.with_w(spin.w);
+        }
+    }
+
+    /// Grains of these radii [m] rotate, or nothing does.
+    pub(super) fn rotate(&mut self, radii: Option<&[f32]>) {
+        let radii = radii.unwrap_or_default();
+        if self.spins.len() != radii.len() {
+            self.spins.clear();
+            self.spins.resize(radii.len(), Vec4::ZERO);
+        }
+        for (spin, &radius) in self.spins.iter_mut().zip(radii) {
+            spin.w = radius;
+        }
     }
 
     /// Sets all particles to rest exactly at `positions`; must be called after writing these.
@@ -196,6 +217,7 @@ impl Particles {
             column.resize(count, Vec4::ZERO);
         }
         self.segments.clear();
+        self.spins.clear();
         self.history.forget();
         self.repair = Repair::default();
     }
@@ -245,6 +267,7 @@ impl Particles {
             displacements: &mut self.displacements,
             carry: &mut self.carry,
             segments: &mut self.segments,
+            spins: &mut self.spins,
         }
     }
 
@@ -292,6 +315,7 @@ impl Particles {
             first_not_finite(&self.positions, 1.0),
             first_not_finite(&self.displacements, 1.0 / self.h),
             first_not_finite(&self.carry, 1.0),
+            first_not_finite(&self.spins, 1.0),
         ]
         .into_iter()
         .flatten()
@@ -322,6 +346,8 @@ pub struct Part<'a> {
     pub carry: &'a mut [Vec4],
     /// The segments that a rod solves on these particles.
     pub segments: &'a mut [SegmentState],
+    /// As [`Particles::spins`].
+    pub spins: &'a mut [Vec4],
 }
 
 impl<'a> Part<'a> {
@@ -334,18 +360,21 @@ impl<'a> Part<'a> {
         let (positions, more_positions) = self.positions.split_at_mut(count);
         let (displacements, more_displacements) = self.displacements.split_at_mut(count);
         let (carry, more_carry) = self.carry.split_at_mut(count);
+        let (spins, more_spins) = self.spins.split_at_mut(count.min(self.spins.len()));
         (
             Part {
                 positions,
                 displacements,
                 carry,
                 segments: &mut [],
+                spins,
             },
             Part {
                 positions: more_positions,
                 displacements: more_displacements,
                 carry: more_carry,
                 segments: &mut [],
+                spins: more_spins,
             },
         )
     }
@@ -358,6 +387,7 @@ impl<'a> Part<'a> {
             displacements: self.displacements,
             carry: self.carry,
             segments: self.segments,
+            spins: self.spins,
         }
     }
 

@@ -338,6 +338,11 @@ quantity!(
     |v| 1 <= v && v <= 1000
 );
 quantity!(
+    /// Coefficient of rolling resistance of grains; ∞ keeps them from rotating.
+    GrainRolling(f32), "rolling_resistance", default f32::INFINITY,
+    "0 or more, or inf for grains that do not rotate", |v| v >= 0.0
+);
+quantity!(
     /// Radius of a grain in m.
     GrainRadius(f32), "radius", default 0.015, "between 1e-6 and 1e3 m", |v| 1e-6 <= v && v <= 1e3
 );
@@ -458,6 +463,7 @@ from_float!(
     Toughness,
     BreakingStrain,
     GrainRadius,
+    GrainRolling,
     Lifetime,
     Angle
 );

@@ -10,10 +10,10 @@ pub(crate) use bevy_reflect::{
 use crate::quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, Compliance, ContactThickness, Creep,
     Curl, Damping, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction,
-    GrainRadius, Height, Length, Lifetime, MembraneCompliance, PieceSize, PlasticLimit,
-    PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance,
-    SectionStiffness, Seed, Slack, Stiffness, Strain, Thickness, Toughness, Twist, Yield,
-    YoungsModulus,
+    GrainRadius, GrainRolling, Height, Length, Lifetime, MembraneCompliance, PieceSize,
+    PlasticLimit, PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius,
+    RollingResistance, SectionStiffness, Seed, Slack, Stiffness, Strain, Thickness, Toughness,
+    Twist, Yield, YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -58,3 +58,4 @@ impl_reflect_opaque!((in pliant::solver) Capacity(Clone, Debug, Default, Partial
 impl_reflect_opaque!((in pliant::solver) Lifetime(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Seed(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) GrainRadius(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) GrainRolling(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -115,6 +115,12 @@ impl StoredBody {
                 )));
             }
         }
+        let spins = self.particles.spins.len();
+        if ![0, count].contains(&spins) {
+            return Err(wrong(format!(
+                "{spins} rotations of grains, but the mesh has {count} vertices"
+            )));
+        }
         let repaired = self.particles.repair.len();
         if ![0, count].contains(&repaired) {
             return Err(wrong(format!(

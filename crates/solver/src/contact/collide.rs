@@ -102,7 +102,9 @@ fn push_out(
         .iter()
         .zip(particles.displacements)
         .zip(particles.carry);
+    let mut spins = particles.spins.iter_mut();
     for (i, ((p, u), c)) in state.enumerate() {
+        let spin = spins.next();
         let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
         let pushed = multiplier.surface == number && multiplier.normal > 0.0;
         if p.w == 0.0 || !(pushed || bounds.may_touch(*p, *u)) {
@@ -129,7 +131,7 @@ fn push_out(
                 depth: exit.depth,
                 carried,
             };
-            let Correction { shift, start_shift } = response.apply(&touch, multiplier);
+            let Correction { shift, start_shift } = response.apply(&touch, multiplier, spin);
             *u = (moved + shift).as_vec3().extend(0.0);
             *c = (began + start_shift).as_vec3().extend(0.0);
             any = true;

@@ -84,7 +84,9 @@ impl BodyEffect for Ground {
             .iter()
             .zip(part.displacements)
             .zip(part.carry);
+        let mut spins = part.spins.iter_mut();
         for (i, ((p, u), c)) in state.enumerate() {
+            let spin = spins.next();
             let radius = pass.topology.radius(pass.first + i);
             let is_below = (p.y - self.height.get()) + u.y < radius;
             let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
@@ -108,7 +110,8 @@ impl BodyEffect for Ground {
                         depth,
                         carried: DVec3::ZERO,
                     };
-                    let Correction { shift, start_shift } = response.apply(&touch, multiplier);
+                    let Correction { shift, start_shift } =
+                        response.apply(&touch, multiplier, spin);
                     *u = (moved + shift).as_vec3().extend(0.0);
                     *c = (began + start_shift).as_vec3().extend(0.0);
                     touched = true;

@@ -35,3 +35,4 @@ pub use pose::Pose;
 pub use shape::ColliderShape;
 
 pub(crate) use reference::exit;
+pub(crate) use response::LEVER;

@@ -15,6 +15,8 @@ use glam::Vec3;
 pub struct ContactMultiplier {
     /// Displacement by friction [m].
     pub friction: Vec3,
+    /// Displacement of the surface of a grain by the torque of rolling resistance [m].
+    pub torque: Vec3,
     /// Displacement by the normal force [m], not negative.
     pub normal: f32,
     /// Number of the collider that pushed last; 0 for the ground.

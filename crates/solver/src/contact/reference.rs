@@ -15,6 +15,8 @@ pub struct ContactDisplacement {
     pub normal: f64,
     /// Displacement by friction [m].
     pub friction: DVec3,
+    /// Displacement of the surface of a grain by the torque of rolling resistance [m].
+    torque: DVec3,
     /// Number of the collider.
     surface: usize,
 }
@@ -112,7 +114,25 @@ fn respond(
     body.x[i] += normal * (pushed.normal - normal_before);
     let slip = (body.x[i] - body.p[i] - carried).reject_from_normalized(normal);
     let before = pushed.friction.reject_from_normalized(normal);
-    pushed.friction = (before + slip).clamp_length_max(friction * pushed.normal);
+    let limit = friction * pushed.normal;
+    let rolling = body.rolling_resistance;
+    if let Some(spin) = body.spins.get_mut(i) {
+        // A ball of mass 1 and radius 1, whose surface moves with its rotation: I = ⅖. Friction that
+        // takes the slip and a torque that ends the rotation, or the largest torque and friction that
+        // takes the slip of a ball that rotates.
+        let inertia = 0.4;
+        let turn = *spin * *h;
+        let stopped = normal.cross(slip) / inertia;
+        let held = pushed.torque;
+        pushed.torque = (held - turn - stopped).clamp_length_max(rolling * pushed.normal / inertia);
+        let turn = turn + (pushed.torque - held);
+        let share = (slip - turn.cross(normal)) / (1.0 + 1.0 / inertia);
+        pushed.friction = (before + share).clamp_length_max(limit);
+        let turn = turn + normal.cross(pushed.friction - before) / inertia;
+        *spin = turn / *h;
+    } else {
+        pushed.friction = (before + slip).clamp_length_max(limit);
+    }
     body.x[i] -= pushed.friction - before;
     if restitution > 0.0 && approach < -2.0 * h * gravity.length() {
         let leave = -restitution * approach * h + carried.dot(normal);

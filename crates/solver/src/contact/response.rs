@@ -2,7 +2,7 @@
 
 use super::ContactMultiplier;
 use crate::{Friction, Restitution, effects::body_effect::BodyPass};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 
 /// Contact response of a surface.
 #[derive(Debug, Clone, Copy)]
@@ -11,6 +11,8 @@ pub struct Response {
     restitution: f64,
     /// Length of the substep [s].
     pub h: f64,
+    /// Coefficient of rolling resistance of grains.
+    rolling: f64,
     /// Approaches slower than this do not bounce [m/s]: the speed that gravity adds in two
     /// substeps, so that a body at rest stays at rest.
     slowest_bounce: f64,
@@ -27,6 +29,7 @@ impl Response {
         if pass.is_frictionless {
             for kept in kept {
                 kept.friction = Vec3::ZERO;
+                kept.torque = Vec3::ZERO;
             }
         }
         let friction = match pass.is_frictionless {
@@ -34,7 +37,12 @@ impl Response {
             false => friction,
         };
         let h = f64::from(pass.h);
+        let rolling = match pass.is_frictionless {
+            true => 0.0,
+            false => pass.rolling_resistance,
+        };
         Self {
+            rolling: rolling.into(),
             friction: friction.into(),
             restitution: restitution.into(),
             h,
@@ -49,8 +57,14 @@ impl Response {
     }
 
     /// Moves a particle to the surface, within the limits of the multiplier, and reduces its
-    /// tangential displacement.
-    pub fn apply(&self, touch: &ContactPoint, multiplier: &mut ContactMultiplier) -> Correction {
+    /// tangential displacement. A grain that rotates has a `spin`, as in
+    /// [`Particles::spins`](crate::Particles::spins).
+    pub fn apply(
+        &self,
+        touch: &ContactPoint,
+        multiplier: &mut ContactMultiplier,
+        spin: Option<&mut Vec4>,
+    ) -> Correction {
         let ContactPoint {
             motion,
             normal,
@@ -65,13 +79,28 @@ impl Response {
         let slip = slip - normal * slip.dot(normal);
         let friction_before = before.friction.as_dvec3();
         let friction_before = friction_before - normal * friction_before.dot(normal);
-        let unlimited = friction_before + slip;
+        let mut roll = spin.map(|spin| {
+            let turn = spin.truncate().as_dvec3() * self.h;
+            let held = before.torque.as_dvec3();
+            let limit = self.rolling * (pushed + depth);
+            let (torque, turn) = resisted(held, turn, normal.cross(slip), limit);
+            multiplier.torque = torque.as_vec3();
+            (spin, turn)
+        });
+        let unlimited = match &roll {
+            Some((_, turn)) => friction_before + (slip - turn.cross(normal)) / GRIP,
+            None => friction_before + slip,
+        };
         let (size, limit) = (unlimited.length(), self.friction * (pushed + depth));
         let friction = if size <= limit {
             unlimited
         } else {
             unlimited * (limit / size)
         };
+        if let Some((spin, turn)) = &mut roll {
+            let turn = *turn + normal.cross(friction - friction_before) * LEVER;
+            **spin = (turn / self.h).as_vec3().extend(spin.w);
+        }
         let shift = normal * depth - (friction - friction_before);
         multiplier.normal = (pushed + depth) as f32;
         multiplier.friction = friction.as_vec3();
@@ -86,6 +115,21 @@ impl Response {
         };
         Correction { shift, start_shift }
     }
+}
+
+/// mr²/I of a ball: how much easier it is to move the surface of a grain by turning than by
+/// moving it.
+pub const LEVER: f64 = 2.5;
+/// Inverse effective mass of the surface of a grain, times its mass.
+const GRIP: f64 = 1.0 + LEVER;
+
+/// Rolling resistance: the torque of earlier passes as a displacement of the surface of the grain
+/// [m], its rotation likewise, what friction turns it by if it stops the grain, and the
+/// displacement by the normal force times the coefficient. Returns both afterwards.
+fn resisted(held: DVec3, turn: DVec3, by_friction: DVec3, limit: f64) -> (DVec3, DVec3) {
+    let torque = held - (turn + by_friction * LEVER);
+    let torque = torque.clamp_length_max(LEVER * limit);
+    (torque, turn + (torque - held))
 }
 
 /// Contact of a particle with a surface.

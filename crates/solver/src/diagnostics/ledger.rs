@@ -33,7 +33,7 @@ use crate::{
     contact::pairs::ContactPart,
     effects::body_effect::{Store, WorkOf},
     elastic::{Elastic, Visit},
-    measure::{gravitational_energy, kinetic_energy},
+    measure::{gravitational_energy, kinetic_energy, rotational_energy},
 };
 use glam::{DVec3, Vec4};
 use std::ops::{AddAssign, Range};
@@ -581,6 +581,8 @@ impl EnergyTracker {
             }
             elastic_work += mass * elastic.dot(end);
         }
+        // Only friction turns grains.
+        sum.friction += rotational_energy(particles) - rotational_energy(&self.start);
         sum.integrator += stored.integrator;
         sum.convergence = elastic_work + stored.change - stored.integrator - stored.damping;
         sum

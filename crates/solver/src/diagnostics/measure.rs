@@ -26,10 +26,27 @@ fn terms<T>(
     })
 }
 
-/// Kinetic energy [J] of the particles that can move.
+/// Kinetic energy [J] of the particles that can move, with that of [rotating](rotational_energy)
+/// grains.
 #[must_use]
 pub fn kinetic_energy(particles: &Particles) -> f64 {
-    terms(particles, |m, _, v| 0.5 * m * v.length_squared()).sum()
+    let moving: f64 = terms(particles, |m, _, v| 0.5 * m * v.length_squared()).sum();
+    moving + rotational_energy(particles)
+}
+
+/// Mass [kg], and radius times angular velocity [m/s] with the radius [m], of grains that rotate.
+fn spinning(particles: &Particles) -> impl Iterator<Item = (f64, DVec3, f64)> {
+    let grains = particles.positions.iter().zip(&particles.spins);
+    grains.map(|(x, spin)| (mass(x), spin.truncate().as_dvec3(), spin.w.into()))
+}
+
+/// Energy of the rotation of grains [J], balls with I = ⅖mr².
+#[must_use]
+pub fn rotational_energy(particles: &Particles) -> f64 {
+    let grains = spinning(particles);
+    grains
+        .map(|(m, spin, _)| 0.2 * m * spin.length_squared())
+        .sum()
 }
 
 /// Potential energy in a uniform gravity [J], zero at the origin, of the particles that can move.
@@ -48,7 +65,8 @@ pub fn momentum(particles: &Particles) -> DVec3 {
 /// Angular momentum about the origin [kg·m²/s].
 #[must_use]
 pub fn angular_momentum(particles: &Particles) -> DVec3 {
-    moments(particles, |m, x, v| x.cross(v) * m)
+    let grains = spinning(particles).map(|(m, spin, radius)| spin * (0.4 * m * radius));
+    moments(particles, |m, x, v| x.cross(v) * m) + grains.sum::<DVec3>()
 }
 
 fn moments(particles: &Particles, term: impl Fn(f64, DVec3, DVec3) -> DVec3) -> DVec3 {

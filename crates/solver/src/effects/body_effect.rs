@@ -171,6 +171,8 @@ pub struct BodyPass<'a> {
     pub iteration: (u32, u32),
     /// Whether friction is left out.
     pub is_frictionless: bool,
+    /// Rolling resistance of grains that rotate.
+    pub rolling_resistance: f32,
     /// The instruction set for lanes.
     pub instructions: Instructions,
 }
@@ -188,6 +190,10 @@ pub struct ReferenceParticles<'a> {
     pub from: &'a [DVec3],
     /// Inverse masses [1/kg].
     pub w: &'a [f64],
+    /// Radius times angular velocity of grains that rotate [m/s]; empty for others.
+    pub spins: &'a mut [DVec3],
+    /// Their coefficient of rolling resistance.
+    pub rolling_resistance: f64,
     /// Whether the body touched something.
     pub touched: &'a mut bool,
 }

@@ -121,6 +121,7 @@ impl Plasticity {
             displacements: carry,
             carry: displacements,
             segments: &mut [],
+            spins: &mut [],
         };
         let law = |yields, limit| Law::new(yields, limit, self.creep, seconds);
         if effects.stretch.is_some()

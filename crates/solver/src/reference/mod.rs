@@ -20,8 +20,8 @@ mod renew;
 mod tear;
 
 use crate::{
-    Contacts, Effects, ElasticKind, Emission, Repair, RodState, Settings, Stitches, Substep,
-    Threads, Topology,
+    Contacts, Effects, ElasticKind, Emission, Grains, Repair, RodState, Settings, Stitches,
+    Substep, Threads, Topology,
     contact::{Collider, pairs::Between},
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
@@ -74,6 +74,8 @@ pub struct Body {
     pub v: Vec<DVec3>,
     /// Inverse masses w [1/kg], 0 for pins.
     pub w: Vec<f64>,
+    /// Radius times angular velocity of grains that rotate [m/s]; empty for others.
+    pub spins: Vec<DVec3>,
     /// Effects of the body, except stitches.
     pub effects: Effects,
     /// State of effects without elements, and the stitches.
@@ -323,6 +325,12 @@ impl Body {
                 .iter()
                 .map(|x| f64::from(x.w))
                 .collect(),
+            spins: body
+                .particles
+                .spins
+                .iter()
+                .map(|spin| spin.truncate().as_dvec3())
+                .collect(),
             effects: Effects::default(),
             states: ReferenceStates {
                 stitches: (body.stitches.clone(), Vec::new()),
@@ -350,6 +358,11 @@ impl Body {
     /// Replaces the effects.
     pub fn carry(&mut self, effects: &Effects) {
         self.effects = *effects;
+        let rotating = effects.grains.filter(Grains::rotate);
+        let count = rotating.map_or(0, |_| self.topology.radii.len());
+        if self.spins.len() != count {
+            self.spins = vec![DVec3::ZERO; count];
+        }
         self.states
             .prepare(effects, &self.topology, &self.x, &self.w);
     }
@@ -379,12 +392,16 @@ impl Body {
 
     /// State of effects without elements, and the particles in their form.
     fn split(&mut self) -> (&mut ReferenceStates, ReferenceParticles<'_>) {
+        let grains = self.effects.grains.as_ref();
+        let rolling = grains.map(|grains| grains.rolling_resistance.get().into());
         let particles = ReferenceParticles {
             topology: &self.topology,
             x: &mut self.x,
             p: &mut self.p,
             from: &self.from,
             w: &self.w,
+            spins: &mut self.spins,
+            rolling_resistance: rolling.unwrap_or(0.0),
             touched: &mut self.past.touched,
         };
         (&mut self.states, particles)

@@ -30,6 +30,10 @@ impl Body {
             &mut self.v,
             &mut renewal.births.iter().map(|it| it.velocity),
         );
+        if !self.spins.is_empty() {
+            let still = renewal.births.iter().map(|_| DVec3::ZERO);
+            moved(&mut self.spins, &mut { still });
+        }
         let super::tear::Masses {
             density,
             added,

@@ -15,7 +15,7 @@ pub use super::{
 use super::kernels::{ElasticPass, Kernels, halves_of};
 pub(crate) use super::stage::Solve;
 use crate::{
-    BodyEffectKind, Effects, ElasticKind, ForceKind, Substep, Topology,
+    BodyEffectKind, Effects, ElasticKind, ForceKind, Grains, Substep, Topology,
     direct::Iteration,
     effects::{
         body_effect::{BodyPass, Resting},
@@ -128,6 +128,8 @@ impl Stepper<'_> {
         } else {
             self.particles.segments.clear();
         }
+        let rotating = effects.grains.filter(Grains::rotate);
+        self.particles.rotate(rotating.map(|_| &topology.radii[..]));
         let positions = &self.particles.positions;
         self.states.others.begin_tick(effects, topology, positions);
     }
@@ -602,6 +604,10 @@ impl<'a> TaskContext<'a> {
                     substep: (substep, self.any.count),
                     iteration: (iteration, self.any.total_iterations()),
                     is_frictionless: self.friction == Friction::Omitted,
+                    rolling_resistance: self
+                        .effects
+                        .grains
+                        .map_or(0.0, |grains| grains.rolling_resistance.get()),
                     instructions,
                 };
                 let effect = (&self.effects, kind);

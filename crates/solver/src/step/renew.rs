@@ -73,6 +73,7 @@ impl Particles {
             &mut self.positions,
             &mut self.displacements,
             &mut self.carry,
+            &mut self.spins,
         ] {
             let old = std::mem::take(column);
             if !old.is_empty() {

@@ -26,6 +26,7 @@ pub(crate) struct SharedBody<'a> {
     carry: *mut Vec4,
     particles: usize,
     segments: Column<SegmentState>,
+    spins: Column<Vec4>,
     multipliers: [Column<f32>; ElasticKind::COUNT],
     sums: Column<Vec4>,
     /// States of effects without elements.
@@ -54,6 +55,7 @@ impl<'a> SharedBody<'a> {
             carry: particles.carry.as_mut_ptr(),
             particles: count,
             segments: Column::of(&mut particles.segments),
+            spins: Column::of(&mut particles.spins),
             sums: Column::of(body.states.sums()),
             multipliers: body
                 .states
@@ -91,6 +93,7 @@ impl<'a> SharedBody<'a> {
                 displacements: slice::from_raw_parts_mut(self.displacements.add(start), count),
                 carry: slice::from_raw_parts_mut(self.carry.add(start), count),
                 segments: self.segments.part(segments),
+                spins: self.spins.part(start..end),
             }
         }
     }

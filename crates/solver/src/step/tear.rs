@@ -92,6 +92,7 @@ impl Particles {
         copy(&mut self.displacements);
         copy(&mut self.carry);
         self.segments.clear();
+        self.spins.clear();
         self.history.forget();
         self.repair = crate::Repair::default();
     }

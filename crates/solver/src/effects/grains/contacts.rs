@@ -17,6 +17,17 @@ pub struct Limits {
     pub cohesion: f32,
     /// Whether friction of earlier passes no longer counts.
     pub releases_friction: bool,
+    /// Coefficient of rolling resistance.
+    pub rolling: f32,
+}
+
+/// What the rotation of eight pairs of grains needs.
+#[derive(Debug, Clone, Copy)]
+struct Roll {
+    /// 1/r of the grains [1/m].
+    curvatures: [[f32; WIDTH]; 2],
+    /// Multiplier of rolling resistance [kg·m²]; over h², a torque.
+    torque: [[f32; WIDTH]; 3],
 }
 
 /// Eight contacts. Unused lanes refer to a slot after the last one, which has no mass.
@@ -46,11 +57,15 @@ struct Block {
 #[derive(Debug, Clone, Default)]
 pub struct Contacts {
     blocks: Vec<Block>,
+    /// One for each block, if the grains rotate.
+    rolls: Vec<Roll>,
     pairs: usize,
     /// Whether the multipliers have not moved the grains in the current substep yet.
     is_new: bool,
     /// Per slot, displacement in the substep [m] in xyz.
     motions: Vec<Vec4>,
+    /// Per slot, displacement of the surface by rotation in the substep [m], if the grains rotate.
+    turns: Vec<Vec4>,
     /// Positions and carries of the slots [m].
     starts: Vec<Vec4>,
     carries: Vec<Vec4>,
@@ -77,7 +92,9 @@ impl Contacts {
     /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.blocks[..])
+            + size_of_val(&self.rolls[..])
             + size_of_val(&self.motions[..])
+            + size_of_val(&self.turns[..])
             + size_of_val(&self.starts[..])
             + size_of_val(&self.carries[..])
             + size_of_val(&self.taken[..])
@@ -127,9 +144,18 @@ impl Contacts {
         };
         self.blocks.clear();
         self.blocks.resize(next as usize / WIDTH, none);
+        self.rolls.clear();
+        if !part.spins.is_empty() {
+            let none = Roll {
+                curvatures: [[0.0; WIDTH]; 2],
+                torque: [[0.0; WIDTH]; 3],
+            };
+            self.rolls.resize(self.blocks.len(), none);
+        }
         for (pair, &color) in neighbors.pairs.iter().zip(&self.colors) {
             let place = &mut self.places[color as usize];
-            let block = &mut self.blocks[*place as usize / WIDTH];
+            let number = *place as usize / WIDTH;
+            let block = &mut self.blocks[number];
             let lane = *place as usize % WIDTH;
             *place += if usize::from(color) < COLORS {
                 1
@@ -142,19 +168,37 @@ impl Contacts {
                 block.weights[side][lane] = part.positions[grains[side]].w;
             }
             block.distance[lane] = radii[grains[0]] + radii[grains[1]];
+            if let Some(roll) = self.rolls.get_mut(number) {
+                for side in 0..2 {
+                    roll.curvatures[side][lane] = 1.0 / radii[grains[side]];
+                }
+            }
+        }
+    }
+
+    /// Reads the rotations in a substep of `h` seconds.
+    fn load_turns(&mut self, neighbors: &Neighbors, part: &Part, h: f32) {
+        self.turns.clear();
+        if !self.rolls.is_empty() {
+            let turns = neighbors.order.iter();
+            self.turns
+                .extend(turns.map(|&grain| part.spins[grain as usize] * h));
+            self.turns.push(Vec4::ZERO);
         }
     }
 
     /// Begins a substep: normals and gaps from the positions at its start. Overlapping grains
-    /// separate by at most `recovery` [m]; `friction` is the static coefficient.
+    /// separate by at most `recovery` [m]; `friction` is the static coefficient, `h` the length of the
+    /// substep [s].
     pub fn begin(
         &mut self,
         neighbors: &Neighbors,
         part: &Part,
-        (recovery, friction): (f32, f32),
+        (recovery, friction, h): (f32, f32, f32),
         instructions: Instructions,
     ) {
         self.is_new = true;
+        self.load_turns(neighbors, part, h);
         self.starts.clear();
         self.carries.clear();
         for &grain in &neighbors.order {
@@ -175,9 +219,10 @@ impl Contacts {
         &mut self,
         neighbors: &Neighbors,
         part: Part,
-        limits: Limits,
+        (limits, h): (Limits, f32),
         instructions: Instructions,
     ) -> bool {
+        self.load_turns(neighbors, &part, h);
         self.motions.clear();
         let motions = neighbors.order.iter().map(|&grain| {
             let i = grain as usize;
@@ -189,12 +234,24 @@ impl Contacts {
         if std::mem::take(&mut self.is_new) {
             instructions.run(Start { contacts: self });
         }
-        instructions.run(Pass {
-            contacts: self,
-            limits,
-            acts: &mut acts,
-        });
+        let acts_too = &mut acts;
+        match self.rolls.is_empty() {
+            true => instructions.run(Pass::<false> {
+                contacts: self,
+                limits,
+                acts: acts_too,
+            }),
+            false => instructions.run(Pass::<true> {
+                contacts: self,
+                limits,
+                acts: acts_too,
+            }),
+        }
         if acts {
+            for (&grain, &turn) in neighbors.order.iter().zip(&self.turns) {
+                let spin = &mut part.spins[grain as usize];
+                *spin = (turn / h).with_w(spin.w);
+            }
             for (&grain, &motion) in neighbors.order.iter().zip(&self.motions) {
                 let i = grain as usize;
                 let carry = part.carry[i];
@@ -235,6 +292,123 @@ fn tangential<L: Lanes>(normal: &Vectors<L>, [x, y, z]: Vectors<L>) -> Vectors<L
     ]
 }
 
+#[inline(always)]
+fn cross<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+#[inline(always)]
+fn sum<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
+    std::array::from_fn(|k| a[k] + b[k])
+}
+
+/// The vectors of eight slots.
+#[inline(always)]
+fn vectors<L: Lanes>(simd: L, column: &[Vec4], slots: &[u32; WIDTH]) -> Vectors<L> {
+    let [x, y, z, _] = simd.transpose(rows(simd, column, slots));
+    [x, y, z]
+}
+
+/// mr²/I of a ball.
+const LEVER: f32 = crate::contact::LEVER as f32;
+
+/// What pairs of grains that rotate want to reach: that they neither slip nor roll on each other.
+///
+/// With the impulse p of friction, the torque τ, c = 5/2 (w₁/r₁ − w₂/r₂), W_ρ = 5/2 (w₁/r₁² + w₂/r₂²)
+/// and W_t = 7/2 (w₁ + w₂), the slip s and the relative rotation ρ become
+///
+/// s + W_t p + c n × τ and ρ − c n × p + W_ρ τ.
+///
+/// Both are solved together; with a torque beyond its limit, only the first one.
+struct Rest<'a, L: Lanes> {
+    normal: &'a Vectors<L>,
+    weights: &'a [f32x8<L>; 2],
+    /// Without rotation [m].
+    slip: Vectors<L>,
+    /// Limit of the torque over the reduced radius r₁r₂/(r₁ + r₂) [kg·m].
+    limit: f32x8<L>,
+}
+
+impl<L: Lanes> Rest<'_, L> {
+    /// The impulse of friction [kg·m], not limited yet, and the change of the torque.
+    #[inline(always)]
+    fn reach(
+        self,
+        simd: L,
+        turns: &[Vec4],
+        (block, roll): (&Block, &mut Roll),
+    ) -> (Vectors<L>, Vectors<L>) {
+        let Self {
+            normal,
+            weights: [w0, w1],
+            slip,
+            limit,
+        } = self;
+        let zero = f32x8::splat(simd, 0.0);
+        let one = f32x8::splat(simd, 1.0);
+        let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
+        let inverse = |x: f32x8<L>| {
+            let is_some = x.simd_gt(zero);
+            is_some.select(one / is_some.select(x, one), zero)
+        };
+        let [k0, k1] = roll.curvatures.each_ref().map(load);
+        let [a, b] = block.slots.map(|slots| vectors(simd, turns, &slots));
+        let rolled = cross(&sum(&a, &b), normal);
+        let slip: Vectors<L> = tangential(normal, std::array::from_fn(|k| slip[k] - rolled[k]));
+        let turned: Vectors<L> = std::array::from_fn(|k| a[k] * k0 - b[k] * k1);
+        let mixed = (*w0 * k0 - *w1 * k1) * LEVER;
+        let of_turn = inverse((*w0 * k0 * k0 + *w1 * k1 * k1) * LEVER);
+        let of_slip = (*w0 + *w1) * (1.0 + LEVER);
+        // Without the mixed term it is at least w₁ + w₂.
+        let both = inverse(of_slip - mixed * mixed * of_turn);
+        let across = cross(normal, &turned);
+        let by: Vectors<L> =
+            std::array::from_fn(|k| (across[k] * mixed * of_turn - slip[k]) * both);
+        let behind = cross(normal, &by);
+        let held = roll.torque.each_ref().map(load);
+        let wanted: Vectors<L> =
+            std::array::from_fn(|k| held[k] + (behind[k] * mixed - turned[k]) * of_turn);
+        let size = dot(&wanted, &wanted).sqrt();
+        let most = limit * inverse(k0 + k1);
+        let over = size.simd_gt(most);
+        let scale = over.select(most / over.select(size, one), one);
+        let mut change = [zero; 3];
+        for k in 0..3 {
+            let torque = wanted[k] * scale;
+            change[k] = torque - held[k];
+            roll.torque[k] = torque.into();
+        }
+        let bent = cross(normal, &change);
+        let of_slip = inverse(of_slip);
+        let p = std::array::from_fn(|k| zero - (slip[k] + bent[k] * mixed) * of_slip);
+        (p, change)
+    }
+}
+
+/// Turns the grains of eight pairs by n × p, p being the impulse of friction, and by a torque.
+#[inline(always)]
+fn turn<L: Lanes>(
+    simd: L,
+    turns: &mut [Vec4],
+    (block, roll): (&Block, &Roll),
+    by: &Vectors<L>,
+    torque: &Vectors<L>,
+) {
+    let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
+    for side in 0..2 {
+        let [weight, curvature] = [&block.weights[side], &roll.curvatures[side]].map(load);
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let slots = &block.slots[side];
+        let before = rows(simd, turns, slots);
+        let change = std::array::from_fn(|k| torque[k] * curvature * sign - by[k]);
+        add(simd, turns, (slots, before), change, weight * LEVER);
+    }
+}
+
 /// Normals and gaps; multipliers and anchors from those of the last substep.
 struct Begin<'a> {
     contacts: &'a mut Contacts,
@@ -247,13 +421,15 @@ impl SimdWork for Begin<'_> {
     fn run<L: Lanes>(self, simd: L) {
         let Contacts {
             blocks,
+            rolls,
+            turns,
             starts,
             carries,
             ..
         } = self.contacts;
         let zero = f32x8::splat(simd, 0.0);
         let one = f32x8::splat(simd, 1.0);
-        for block in blocks {
+        for (number, block) in blocks.iter_mut().enumerate() {
             let [a, b] = block.slots.map(|slots| rows(simd, starts, &slots));
             let [c, d] = block.slots.map(|slots| rows(simd, carries, &slots));
             let apart = std::array::from_fn(|k| (a[k] - b[k]) + (c[k] - d[k]));
@@ -277,7 +453,17 @@ impl SimdWork for Begin<'_> {
                 load(&block.anchor[k]) + ([x, y, z][k] - load(&block.apart[k]))
             });
             let friction = tangential(&normal, friction);
-            let slip = tangential(&normal, slip);
+            let slip = match rolls.get_mut(number) {
+                None => tangential(&normal, slip),
+                Some(roll) => {
+                    for torque in &mut roll.torque {
+                        *torque = (load(torque) * WARM).into();
+                    }
+                    let [a, b] = block.slots.map(|slots| vectors(simd, turns, &slots));
+                    let rolled = cross(&sum(&a, &b), &normal);
+                    tangential(&normal, std::array::from_fn(|k| slip[k] - rolled[k]))
+                }
+            };
             let size = dot(&slip, &slip).sqrt();
             let weight = load(&block.weights[0]) + load(&block.weights[1]);
             // What friction can take back in a substep.
@@ -303,10 +489,14 @@ impl SimdWork for Start<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Contacts {
-            blocks, motions, ..
+            blocks,
+            rolls,
+            motions,
+            turns,
+            ..
         } = self.contacts;
         let zero = f32x8::splat(simd, 0.0);
-        for block in blocks {
+        for (number, block) in blocks.iter_mut().enumerate() {
             let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
             let push = load(&block.push);
             if !push.simd_ne(zero).any_true() {
@@ -326,32 +516,46 @@ impl SimdWork for Start<'_> {
                 impulse,
                 zero - weights[1],
             );
+            if let Some(roll) = rolls.get(number) {
+                let torque = roll.torque.each_ref().map(load);
+                turn(
+                    simd,
+                    turns,
+                    (block, roll),
+                    &cross(&normal, &friction),
+                    &torque,
+                );
+            }
         }
     }
 }
 
-/// A pass over all contacts.
-struct Pass<'a> {
+/// A pass over all contacts; whether grains rotate.
+struct Pass<'a, const ROLLS: bool> {
     contacts: &'a mut Contacts,
     limits: Limits,
     acts: &'a mut bool,
 }
 
-impl SimdWork for Pass<'_> {
+impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Contacts {
-            blocks, motions, ..
+            blocks,
+            rolls,
+            motions,
+            turns,
+            ..
         } = self.contacts;
         let Limits {
             friction: [sticks, slides],
             cohesion,
             releases_friction,
-            ..
+            rolling,
         } = self.limits;
         let zero = f32x8::splat(simd, 0.0);
         let one = f32x8::splat(simd, 1.0);
-        for block in blocks {
+        for (number, block) in blocks.iter_mut().enumerate() {
             let of_a = rows(simd, motions, &block.slots[0]);
             let of_b = rows(simd, motions, &block.slots[1]);
             let [x, y, z, _] = simd.transpose(std::array::from_fn(|k| of_a[k] - of_b[k]));
@@ -378,17 +582,35 @@ impl SimdWork for Pass<'_> {
             };
             let anchor = block.anchor.each_ref().map(load);
             let slip = tangential(&normal, [x, y, z]);
-            let wanted: Vectors<L> =
-                std::array::from_fn(|k| held[k] - (anchor[k] + slip[k]) * inverse);
+            let pressed = push + pull;
+            let mut torque = [zero; 3];
+            let wanted: Vectors<L> = if ROLLS {
+                let rest = Rest {
+                    normal: &normal,
+                    weights: &weights,
+                    slip: std::array::from_fn(|k| anchor[k] + slip[k]),
+                    limit: pressed * rolling,
+                };
+                let p;
+                (p, torque) = rest.reach(simd, turns, (block, &mut rolls[number]));
+                std::array::from_fn(|k| held[k] + p[k])
+            } else {
+                std::array::from_fn(|k| held[k] - (anchor[k] + slip[k]) * inverse)
+            };
             let size = dot(&wanted, &wanted).sqrt();
-            let load = push + pull;
-            let slips = size.simd_gt(load * sticks);
-            let scale = slips.select(load * slides / slips.select(size, one), one);
+            let slips = size.simd_gt(pressed * sticks);
+            let scale = slips.select(pressed * slides / slips.select(size, one), one);
             let mut impulse = [zero; 3];
+            let mut along = [zero; 3];
             for k in 0..3 {
                 let after = wanted[k] * scale;
-                impulse[k] = normal[k] * change + (after - held[k]);
+                along[k] = after - held[k];
+                impulse[k] = normal[k] * change + along[k];
                 block.friction[k] = after.into();
+            }
+            if ROLLS {
+                let by = cross(&normal, &along);
+                turn(simd, turns, (block, &rolls[number]), &by, &torque);
             }
             add(simd, motions, (&block.slots[0], of_a), impulse, weights[0]);
             add(

@@ -12,7 +12,11 @@
 //! half of the multipliers too.
 //! Cohesion F lets grains that touch pull: λₙ ≥ −Fh², with friction up to µ(λₙ + Fh²).
 //!
-//! Grains do not rotate, which acts like a large resistance against rolling. A pass that does not
+//! With a finite rolling resistance µᵣ, grains rotate: balls with I = ⅖mr², whose surfaces slip by
+//! s − (r₁φ₁ + r₂φ₂) × n where they turn by φ in the substep. A torque of at most µᵣλₙr₁r₂/(r₁ + r₂)/h²
+//! holds their relative rotation φ₁ − φ₂ back, so that a grain rolls down slopes steeper than µᵣ. On
+//! the ground and on colliders of simple shapes likewise; on other bodies grains slide without
+//! rotation. Without it, grains do not rotate, which acts like a large resistance. A pass that does not
 //! converge leaves the load of the grains above as overlap: about n·gh² under n layers with one
 //! iteration, and less with more.
 //!
@@ -28,8 +32,8 @@ use super::body_effect::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Cohesion, Fraction, Friction, RecoverySpeed, Topology, lanes::Instructions, particles::Part,
-    step::scope::WholeBody, topology::Identity,
+    Cohesion, Fraction, Friction, GrainRolling, RecoverySpeed, Topology, lanes::Instructions,
+    particles::Part, step::scope::WholeBody, topology::Identity,
 };
 use contacts::{Contacts, Limits};
 use glam::{DVec3, Vec4};
@@ -52,8 +56,18 @@ pub struct Grains {
     pub kinetic_fraction: Fraction,
     /// Largest force with which two touching grains hold each other [N]; default 0.
     pub cohesion: Cohesion,
+    /// Coefficient µᵣ of rolling resistance; default ∞: grains do not rotate.
+    pub rolling_resistance: GrainRolling,
     /// Speed at which overlapping grains separate [m/s]; default 0.5.
     pub recovery_speed: RecoverySpeed,
+}
+
+impl Grains {
+    /// Whether grains rotate.
+    #[must_use]
+    pub fn rotate(&self) -> bool {
+        self.rolling_resistance.get().is_finite()
+    }
 }
 
 /// Contacts of grains from pass to pass. A cache: without it a body continues with the same bits.
@@ -104,7 +118,7 @@ impl GrainsState {
         self.contacts.begin(
             &self.neighbors,
             part,
-            (recovery, friction),
+            (recovery, friction, pass.h),
             self.instructions,
         );
     }
@@ -139,6 +153,10 @@ impl BodyEffect for Grains {
             },
             cohesion: self.cohesion.get() * pass.h * pass.h,
             releases_friction: pass.is_frictionless,
+            rolling: match pass.is_frictionless {
+                true => 0.0,
+                false => self.rolling_resistance.get(),
+            },
         };
         let GrainsState {
             neighbors,
@@ -146,7 +164,7 @@ impl BodyEffect for Grains {
             instructions,
             ..
         } = &mut **state;
-        contacts.solve(neighbors, part.reborrow(), limits, *instructions)
+        contacts.solve(neighbors, part.reborrow(), (limits, pass.h), *instructions)
     }
 
     fn begin_reference(&self, state: &mut Vec<ReferenceContact>, _: usize) {
@@ -156,7 +174,7 @@ impl BodyEffect for Grains {
     fn solve_reference(
         &self,
         state: &mut Vec<ReferenceContact>,
-        body: ReferenceParticles,
+        mut body: ReferenceParticles,
         pass: &ReferencePass,
     ) {
         if state.is_empty() {
@@ -166,7 +184,7 @@ impl BodyEffect for Grains {
         let kinetic = friction * f64::from(self.kinetic_fraction);
         let cohesion = f64::from(self.cohesion) * pass.h * pass.h;
         for contact in state {
-            contact.solve(body.x, body.p, body.w, [friction, kinetic], cohesion);
+            contact.solve(&mut body, ([friction, kinetic], cohesion), pass.h);
             *body.touched |= contact.normal_multiplier != 0.0;
         }
     }
@@ -203,6 +221,7 @@ pub struct ReferenceContact {
     touches: bool,
     normal_multiplier: f64,
     friction_multiplier: DVec3,
+    torque_multiplier: DVec3,
 }
 
 /// Finds the pairs of grains that may touch in a substep: they start closer than the lengths of
@@ -230,6 +249,7 @@ fn find_reference(found: &mut Vec<ReferenceContact>, body: &ReferenceParticles, 
                     touches: gap < distance * (1.0 + f64::from(TOUCHING)),
                     normal_multiplier: 0.0,
                     friction_multiplier: DVec3::ZERO,
+                    torque_multiplier: DVec3::ZERO,
                 });
             }
         }
@@ -244,25 +264,50 @@ const REFERENCE_REACH: f64 = 1.0;
 impl ReferenceContact {
     fn solve(
         &mut self,
-        x: &mut [DVec3],
-        p: &[DVec3],
-        w: &[f64],
-        [sticks, slides]: [f64; 2],
-        cohesion: f64,
+        body: &mut ReferenceParticles,
+        ([sticks, slides], cohesion): ([f64; 2], f64),
+        h: f64,
     ) {
+        let ReferenceParticles {
+            topology, x, p, w, ..
+        } = body;
         let [i, j] = self.grains;
+        let n = self.normal;
         let weight = w[i] + w[j];
         let cohesion = if self.touches { cohesion } else { 0.0 };
-        let error = self.normal.dot(x[i] - x[j]) - self.distance;
+        let error = n.dot(x[i] - x[j]) - self.distance;
         let before = self.normal_multiplier;
         self.normal_multiplier = (before - error / weight).max(-cohesion);
-        let impulse = self.normal * (self.normal_multiplier - before);
+        let impulse = n * (self.normal_multiplier - before);
         x[i] += impulse * w[i];
         x[j] -= impulse * w[j];
         let moved = (x[i] - p[i]) - (x[j] - p[j]);
-        let slip = moved - self.normal * moved.dot(self.normal);
-        let wanted = self.friction_multiplier - slip / weight;
+        let slip = moved - n * moved.dot(n);
         let load = self.normal_multiplier + cohesion;
+        let radii = [i, j].map(|grain| f64::from(topology.radius(grain)));
+        // Angles by which a torque or an impulse at the surface turn the grains: I = ⅖mr².
+        let turns = [0, 1].map(|k| 2.5 * w[self.grains[k]] / (radii[k] * radii[k]));
+        let mut change = DVec3::ZERO;
+        let wanted = if body.spins.is_empty() {
+            self.friction_multiplier - slip / weight
+        } else {
+            let angles = [0, 1].map(|k| body.spins[self.grains[k]] * (h / radii[k]));
+            let rolled = (angles[0] * radii[0] + angles[1] * radii[1]).cross(n);
+            let slip = slip - (rolled - n * rolled.dot(n));
+            let relative = angles[0] - angles[1];
+            let mixed = turns[0] * radii[0] - turns[1] * radii[1];
+            let of_turn = turns[0] + turns[1];
+            let of_slip = 3.5 * weight;
+            let both = of_slip - mixed * mixed / of_turn;
+            let stuck = (n.cross(relative) * (mixed / of_turn) - slip) / both;
+            let held = self.torque_multiplier;
+            let limit = radii[0] * radii[1] / (radii[0] + radii[1]);
+            let torque = (held + (n.cross(stuck) * mixed - relative) / of_turn)
+                .clamp_length_max((body.rolling_resistance * load * limit).max(0.0));
+            self.torque_multiplier = torque;
+            change = torque - held;
+            self.friction_multiplier - (slip + n.cross(change) * mixed) / of_slip
+        };
         let size = wanted.length();
         let friction = match size <= sticks * load {
             true => wanted,
@@ -272,5 +317,11 @@ impl ReferenceContact {
         self.friction_multiplier = friction;
         x[i] += impulse * w[i];
         x[j] -= impulse * w[j];
+        for (k, sign) in [(0, 1.0), (1, -1.0)] {
+            if let Some(spin) = body.spins.get_mut(self.grains[k]) {
+                let angle = (change * sign - n.cross(impulse) * radii[k]) * turns[k];
+                *spin += angle * (radii[k] / h);
+            }
+        }
     }
 }
