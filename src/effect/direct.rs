@@ -3,7 +3,7 @@
 use super::{Effect, Parameter};
 use crate::{
     simulation::{BodyDirectWorkspace, SoftBody, plain},
-    solver::{Direct, NeoHookean, Settings, advance::Stage, direct},
+    solver::{Direct, Settings, advance::Stage, direct},
 };
 use bevy::prelude::*;
 
@@ -30,11 +30,6 @@ impl Effect for Direct {
     fn note(&self, body: &EntityRef, settings: &Settings) -> Option<&'static str> {
         if !settings.method.has_direct() {
             return Some("Fell back to Gauss–Seidel: the direct solver needs the method XPBD.");
-        }
-        if body.contains::<NeoHookean>() {
-            return Some(
-                "Neo-Hookean tetrahedra are solved by Gauss–Seidel, not by the direct solver.",
-            );
         }
         body.get::<BodyDirectWorkspace>()?.0.status().explanation()
     }

@@ -1,12 +1,12 @@
 //! Assembles the elastic equations of a body into a matrix, from the rows of every effect.
 
 use super::{
-    matrix::{Matrix, add_outer, add_unit},
+    matrix::{Matrix, add_cross, add_outer, add_unit},
     plan::Plan,
 };
 use crate::{
     ElasticKind, Topology,
-    elastic::{Elastic, Point, Row, Visit},
+    elastic::{Curvature, Elastic, Point, Row, Visit},
 };
 use glam::DVec3;
 
@@ -184,6 +184,10 @@ pub(super) struct Assemble<'a> {
     pub right: &'a mut [DVec3],
     /// Whether the body is far from its rest shape.
     pub far: bool,
+    /// Whether second derivatives that are not positive definite are left out.
+    pub cautious: bool,
+    /// Whether there are any.
+    pub curved: bool,
 }
 
 impl Visit for Assemble<'_> {
@@ -207,19 +211,31 @@ impl Visit for Assemble<'_> {
         for (index, corners) in elements {
             let points = places.points(corners);
             let rows = effect.rows(places.topology, index, points);
+            let curvature = effect.curvature(places.topology, index, points);
             let at = corners.map(|i| self.plan.place[i as usize] as usize);
             let slots = &slots[index * pairs..][..pairs];
-            for (number, row) in (index * M..).zip(&rows) {
+            if let Some(curvature) = &curvature {
+                self.far |= curvature.is_far;
+                self.curved = true;
+                let given = (curvature, self.cautious);
+                curve(self.matrix, given, &points, (at, slots), h * h);
+            }
+            for (equation, row) in rows.iter().enumerate() {
+                let number = index * M + equation;
                 let weights = row.gradients.iter().zip(&points);
                 let weight: f64 = weights.map(|(g, point)| point.w * g.length_squared()).sum();
                 let alpha = row.compliance / (h * h);
-                let used = alpha.max(FLOOR * weight.max(row.least));
+                let used = match curvature {
+                    Some(_) => alpha,
+                    None => alpha.max(FLOOR * weight.max(row.least)),
+                };
                 kept[number] = Kept::default();
-                let sound = used > 0.0 && weight > 0.0;
+                let sound = used > 0.0 && (weight > 0.0 || curvature.is_some());
                 if !sound {
                     continue;
                 }
-                self.far |= judged && row.error.abs() > FAR * row.scale.abs();
+                let is_judged = judged && curvature.is_none();
+                self.far |= is_judged && row.error.abs() > FAR * row.scale.abs();
                 let lambda = lambdas[number];
                 let moved = places.moved(corners, row);
                 let residual = (row.error + alpha * lambda + gamma * moved) / used;
@@ -230,7 +246,11 @@ impl Visit for Assemble<'_> {
                     error: row.error,
                     lost: gamma * moved * moved,
                     alpha,
-                    softened: used.max(SOFTENED * weight),
+                    // The energy itself is minimized where its curvature is known.
+                    softened: match curvature {
+                        Some(_) => alpha,
+                        None => used.max(SOFTENED * weight),
+                    },
                 };
                 gradients[number * N..][..N].copy_from_slice(&row.gradients);
                 let taut = tensions.get_mut(index).map_or(0.0, |(tension, length)| {
@@ -240,6 +260,9 @@ impl Visit for Assemble<'_> {
                     } else {
                         0.0
                     }
+                });
+                let stiffness = curvature.map_or(stiffness, |curvature| {
+                    curvature.along[equation] * h * h + gamma / used
                 });
                 let (force, along) = (lambda - residual, stiffness - taut);
                 let mut slot = 0;
@@ -268,15 +291,42 @@ impl Visit for Assemble<'_> {
     }
 }
 
+/// Adds second derivatives that the equations of an element do not have, times h².
+fn curve<const N: usize, const M: usize>(
+    matrix: &mut Matrix,
+    (curvature, cautious): (&Curvature<N, M>, bool),
+    points: &[Point; N],
+    (at, slots): ([usize; N], &[u32]),
+    square: f64,
+) {
+    let mut slot = 0;
+    for i in 0..N {
+        if points[i].w > 0.0 {
+            add_unit(&mut matrix.diagonal[at[i]], curvature.even[i][i] * square);
+        }
+        for j in 0..i {
+            let block = slots[slot];
+            slot += 1;
+            if points[i].w == 0.0 || points[j].w == 0.0 {
+                continue;
+            }
+            let (low, high) = if at[i] > at[j] { (j, i) } else { (i, j) };
+            let block = &mut matrix.lower[block as usize];
+            add_unit(block, curvature.even[high][low] * square);
+            if !cautious {
+                add_cross(block, curvature.odd[high][low] * -square);
+            }
+        }
+    }
+}
+
 /// Predicts λ after a full step Δx.
 pub(super) struct ForeseenMerit<'a> {
-    pub topology: &'a Topology,
+    pub places: Positions<'a>,
     pub plan: &'a Plan,
     pub columns: &'a mut Columns,
     /// By elimination index of the particle [m].
     pub step: &'a [DVec3],
-    /// Inverse masses [1/kg].
-    pub w: &'a [f64],
     /// Accumulates the value of [`Merit`] before the step.
     pub sum: f64,
     /// Whether the tension of an edge exceeds the assumed one by a relevant amount.
@@ -284,10 +334,11 @@ pub(super) struct ForeseenMerit<'a> {
 }
 
 impl Visit for ForeseenMerit<'_> {
-    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, _: &E) {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         if !E::KIND.is_solved_directly() {
             return;
         }
+        let places = self.places;
         let Column {
             rows,
             gradients,
@@ -296,19 +347,27 @@ impl Visit for ForeseenMerit<'_> {
             tensions,
             ..
         } = &mut self.columns[E::KIND as usize];
-        let elements = E::elements(self.topology).corners().enumerate();
+        let elements = E::elements(places.topology).corners().enumerate();
         for (index, corners) in elements {
             let steps = corners.map(|i| self.step[self.plan.place[i as usize] as usize]);
+            let foreseen = effect.foresee(places.topology, index, places.points(corners), steps);
             for number in index * M..(index + 1) * M {
                 let kept = &rows[number];
                 let both = gradients[number * N..].iter().zip(steps);
                 let moved: f64 = both.map(|(g, step)| g.dot(step)).sum();
                 next[number] = lambdas[number] - (kept.residual + kept.stiffness * moved);
+                if let Some(errors) = foreseen
+                    && kept.alpha > 0.0
+                {
+                    // Its second order, which is all where C has no gradient at rest.
+                    let bent = errors[number - index * M] - kept.error - moved;
+                    next[number] -= bent / kept.alpha;
+                }
                 self.sum += kept.merit(kept.error, kept.lost, next[number]);
             }
             if let Some((tension, length)) = tensions.get_mut(index) {
                 let now = (-next[index]).max(0.0);
-                let weight: f64 = corners.iter().map(|&i| self.w[i as usize]).sum();
+                let weight: f64 = corners.iter().map(|&i| places.w[i as usize]).sum();
                 self.tighter |= (now - *tension) * weight > *length;
                 *tension = now;
             }

@@ -113,6 +113,16 @@ pub(crate) fn add_unit(block: &mut Block, s: f64) {
     block[2][2] += s;
 }
 
+/// Adds the matrix of v×.
+pub(crate) fn add_cross(block: &mut Block, v: DVec3) {
+    block[0][1] += v.z;
+    block[0][2] -= v.y;
+    block[1][0] -= v.z;
+    block[1][2] += v.x;
+    block[2][0] += v.y;
+    block[2][1] -= v.x;
+}
+
 /// A factorization, compiled per instruction set.
 struct Factor<'a>(&'a mut Matrix, &'a Plan);
 

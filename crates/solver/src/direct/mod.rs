@@ -28,15 +28,18 @@
 //!   step length helps, or if the body is far from its rest shape (squashed flat or inverted), the
 //!   iteration falls back to Gauss–Seidel, which can recover such a body where a linear system
 //!   cannot.
-//! - It requires XPBD: other [methods](super::Method) use Gauss–Seidel. So do the equations of
-//!   [neo-Hookean](super::NeoHookean) tetrahedra, whose ∇C in one direction carries no information
-//!   about the stiffness in others, and strain limits, most of which are inactive at any time.
+//! - [Neo-Hookean](super::NeoHookean) tetrahedra enter with the second derivatives of their energy,
+//!   as ∇C of their equations in one direction carries no information about the stiffness in others.
+//!   If the matrix is not positive definite, that part of them which may be negative is left out.
+//! - It requires XPBD: other [methods](super::Method) use Gauss–Seidel. So do strain limits, most of
+//!   which are inactive at any time.
 //! - Smoothing iterations skip directly solved effects.
 
 mod assemble;
 pub(super) mod matrix;
 pub(super) mod plan;
 
+use super::elastic::Elastic as _;
 use super::{
     Effects, ElasticKind, Method, Topology, TopologyId, effects::Multipliers,
     effects::kinds::iterate_kind, lanes::Instructions, particles::Part,
@@ -138,8 +141,8 @@ impl Status {
 pub enum Unfit {
     /// The method is not XPBD.
     Method,
-    /// It has neo-Hookean tetrahedra.
-    NeoHookean,
+    /// It has rigid neo-Hookean tetrahedra.
+    RigidNeoHookean,
     /// A factorization would exceed [`MAX_WORK`]; the number of particles.
     TooLarge(usize),
 }
@@ -151,9 +154,9 @@ impl fmt::Display for Unfit {
                 f,
                 "the direct solver needs the method XPBD, but the world uses another; choose XPBD"
             ),
-            Self::NeoHookean => write!(
+            Self::RigidNeoHookean => write!(
                 f,
-                "the direct solver does not support neo-Hookean tetrahedra; use stretch and volume instead"
+                "the direct solver does not support rigid neo-Hookean tetrahedra; choose a finite Young's modulus"
             ),
             Self::TooLarge(particles) => write!(
                 f,
@@ -170,8 +173,8 @@ impl fmt::Display for Unfit {
 pub fn unfit(topology: &Topology, effects: &Effects, method: Method) -> Option<Unfit> {
     if !method.has_direct() {
         Some(Unfit::Method)
-    } else if effects.neo_hookean.is_some() {
-        Some(Unfit::NeoHookean)
+    } else if effects.neo_hookean.is_some_and(|it| it.is_rigid()) {
+        Some(Unfit::RigidNeoHookean)
     } else {
         let fits = work(topology, effects).is_some();
         (!fits).then(|| Unfit::TooLarge(topology.particles()))
@@ -205,7 +208,7 @@ impl ElasticKind {
     /// Whether its equations are solved directly, by XPBD, in a body that carries [`Direct`].
     #[must_use]
     pub const fn is_solved_directly(self) -> bool {
-        !matches!(self, Self::StrainLimit | Self::NeoHookean)
+        !matches!(self, Self::StrainLimit)
     }
 }
 
@@ -405,13 +408,45 @@ impl Workspace {
         let p = &previous[..];
         let mut start = 0.0;
         for _ in 0..PASSES {
-            matrix.reset(plan);
-            for (i, &w) in w.iter().enumerate() {
-                let place = plan.place[i] as usize;
-                let mass = if w > 0.0 { 1.0 / w } else { 1.0 };
-                add_unit(&mut matrix.diagonal[place], mass);
-                right[place] = (predicted[i] - x[i]) * mass;
+            let mut cautious = false;
+            loop {
+                matrix.reset(plan);
+                for (i, &w) in w.iter().enumerate() {
+                    let place = plan.place[i] as usize;
+                    let mass = if w > 0.0 { 1.0 / w } else { 1.0 };
+                    add_unit(&mut matrix.diagonal[place], mass);
+                    right[place] = (predicted[i] - x[i]) * mass;
+                }
+                let places = Positions {
+                    topology,
+                    w,
+                    x,
+                    p,
+                    h,
+                };
+                let mut assemble = Assemble {
+                    places,
+                    plan,
+                    columns,
+                    matrix,
+                    right,
+                    far: false,
+                    cautious,
+                    curved: false,
+                };
+                effects.visit(&mut assemble);
+                let curved = assemble.curved;
+                if assemble.far {
+                    return false;
+                }
+                step.clone_from(right);
+                matrix.factor(plan, given.instructions);
+                if cautious || !curved || matrix.was_definite() {
+                    break;
+                }
+                cautious = true;
             }
+            matrix.solve(plan, step);
             let places = Positions {
                 topology,
                 w,
@@ -419,27 +454,11 @@ impl Workspace {
                 p,
                 h,
             };
-            let mut assemble = Assemble {
+            let mut foresee = ForeseenMerit {
                 places,
                 plan,
                 columns,
-                matrix,
-                right,
-                far: false,
-            };
-            effects.visit(&mut assemble);
-            if assemble.far {
-                return false;
-            }
-            step.clone_from(right);
-            matrix.factor(plan, given.instructions);
-            matrix.solve(plan, step);
-            let mut foresee = ForeseenMerit {
-                topology,
-                plan,
-                columns,
                 step,
-                w,
                 sum: inertia(x),
                 tighter: false,
             };

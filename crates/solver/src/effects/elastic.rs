@@ -70,6 +70,18 @@ pub trait Elastic<const N: usize, const M: usize>: Copy {
         self.rows(topology, index, points).into()
     }
 
+    /// Second derivatives of the energy of an element, where ∇C ∇Cᵀ/α of its equations is no
+    /// approximation to them.
+    fn curvature(&self, _: &Topology, _: usize, _: [Point; N]) -> Option<Curvature<N, M>> {
+        None
+    }
+
+    /// C of its equations after displacements of its particles [m], to second order; only with a
+    /// [`curvature`](Self::curvature).
+    fn foresee(&self, _: &Topology, _: usize, _: [Point; N], _: [DVec3; N]) -> Option<[f64; M]> {
+        None
+    }
+
     /// τ [s].
     fn damping(&self) -> Damping;
 
@@ -104,6 +116,20 @@ pub trait Elastic<const N: usize, const M: usize>: Copy {
             (particles.position(i), f64::from(particles.positions[i].w))
         })
     }
+}
+
+/// Second derivatives of the energy of an element.
+#[derive(Debug, Clone, Copy)]
+pub struct Curvature<const N: usize, const M: usize> {
+    /// Factors of ∇C ∇Cᵀ of each equation, in the unit of 1/α.
+    pub along: [f64; M],
+    /// Multiples of the identity for each pair of corners [N/m].
+    pub even: [[f64; N]; N],
+    /// w for each pair of corners, whose block has −w× in addition [N/m]. Without it the
+    /// derivatives are positive definite, but too stiff against rotation.
+    pub odd: [[DVec3; N]; N],
+    /// Whether the element is too far from its rest shape for a linear system.
+    pub is_far: bool,
 }
 
 /// A visitor of the elastic effects of a body, generic over their types.

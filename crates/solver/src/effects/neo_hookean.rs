@@ -34,7 +34,7 @@ use crate::kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference,
 use crate::reflection::*;
 use crate::{
     Damping, PoissonRatio, Topology, YoungsModulus,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    elastic::{Curvature, Elastic, ElasticKind, Point, Row},
     lanes::{Columns, Lanes, Vectors},
     order::Elements,
     topology::{Frames, Tetrahedra},
@@ -109,14 +109,22 @@ pub fn strains(h: DMat3) -> ([f64; 2], [DMat3; 2]) {
     let square = 2.0 * volume * volume - minors(green) - green.determinant() + added * added;
     let shear = square.max(0.0).sqrt();
     let f = DMat3::IDENTITY + h;
-    let cofactors = DMat3::from_cols(
-        f.y_axis.cross(f.z_axis),
-        f.z_axis.cross(f.x_axis),
-        f.x_axis.cross(f.y_axis),
-    );
+    let cofactors = cofactors(f);
     let slope = f * (1.0 - 2.0 * added) + cofactors * (volume - 1.0);
     let by_shear = slope * (1.0 / shear.max(MIN_STRAIN.into()));
     ([shear, volume], [by_shear, cofactors])
+}
+
+fn cofactors(f: DMat3) -> DMat3 {
+    DMat3::from_cols(
+        f.y_axis.cross(f.z_axis),
+        f.z_axis.cross(f.x_axis),
+        f.x_axis.cross(f.y_axis),
+    )
+}
+
+fn inner(a: DMat3, b: DMat3) -> f64 {
+    a.x_axis.dot(b.x_axis) + a.y_axis.dot(b.y_axis) + a.z_axis.dot(b.z_axis)
 }
 
 fn trace(m: DMat3) -> f64 {
@@ -218,6 +226,61 @@ impl Elastic<4, 2> for NeoHookean {
         let mut rows = [along, across].concat();
         rows.push(row(DMat3::IDENTITY, alpha_volume));
         rows
+    }
+
+    /// ½µD² + ½λH² has the second derivatives µ(1 + ∇J∇Jᵀ + (J − 2)∇²J) + λ(∇J∇Jᵀ + H∇²J) by F, and
+    /// ∇²J of two corners with the gradients Gᵢ and Gⱼ of their shape functions is −F(Gᵢ × Gⱼ)×.
+    fn curvature(
+        &self,
+        topology: &Topology,
+        index: usize,
+        points: [Point; 4],
+    ) -> Option<Curvature<4, 2>> {
+        let frames = topology.frames();
+        let h = frames.displacement_gradient(index, points.map(|point| point.x));
+        let f = DMat3::IDENTITY + h;
+        let volume = trace(h) + minors(h) + h.determinant();
+        let [of_shear, of_volume] = self
+            .compliances_of(topology.tetrahedra.rest_volume[index])
+            .map(|alpha| 1.0 / alpha);
+        let inverse = frames.inverse_of(index);
+        let shape = gradients(DMat3::IDENTITY, inverse);
+        let mixed = of_shear * (volume - 1.0) + of_volume * volume;
+        Some(Curvature {
+            along: [0.0, of_shear + of_volume],
+            even: shape.map(|a| shape.map(|b| of_shear * a.dot(b))),
+            odd: shape.map(|a| shape.map(|b| f * a.cross(b) * mixed)),
+            // Beyond, H is constant.
+            is_far: volume <= MIN_VOLUME.into(),
+        })
+    }
+
+    fn foresee(
+        &self,
+        topology: &Topology,
+        index: usize,
+        points: [Point; 4],
+        steps: [DVec3; 4],
+    ) -> Option<[f64; 2]> {
+        let frames = topology.frames();
+        let x = points.map(|point| point.x);
+        let h = frames.displacement_gradient(index, x);
+        let f = DMat3::IDENTITY + h;
+        let inverse = frames.inverse_of(index);
+        let by = [1, 2, 3].map(|corner: usize| steps[corner] - steps[0]);
+        let change = DMat3::from_cols_array_2d(&[0, 1, 2].map(|axis: usize| {
+            (by[0] * inverse[0][axis] + by[1] * inverse[1][axis] + by[2] * inverse[2][axis])
+                .to_array()
+        }));
+        let ([shear, volume], _) = strains(h);
+        let first = inner(cofactors(f), change);
+        let second = inner(f, cofactors(change));
+        let half_square = inner(f, change)
+            + 0.5 * inner(change, change)
+            + (volume - 1.0) * (first + second)
+            + 0.5 * first * first;
+        let square = shear * shear + 2.0 * half_square;
+        Some([square.max(0.0).sqrt(), volume + first + second])
     }
 
     fn damping(&self) -> Damping {
