@@ -660,7 +660,7 @@ fn the_direct_solver_is_refused_where_it_is_not_applicable() {
     let plain = "stretch: (), volume: (),";
     assert_eq!(scene(3, "", plain).expect("small enough"), DIRECT);
     for (cells, world, effects, reason) in [
-        (14, "", plain, "20 million"),
+        (14, "", plain, "100 million"),
         (3, "method: Verlet", plain, "choose XPBD"),
         (3, "", "neo_hookean: (youngs_modulus: inf),", "neo-Hookean"),
     ] {

@@ -64,8 +64,8 @@ use std::fmt;
 )]
 pub struct Direct {}
 
-/// Maximum number of multiplications of a factorization: about 5 ms.
-pub const MAX_WORK: u64 = 20_000_000;
+/// Maximum number of multiplications of a factorization: about 10 ms.
+pub const MAX_WORK: u64 = 100_000_000;
 
 /// Maximum number of systems per iteration, each with the tensions from the previous one.
 const PASSES: usize = 3;
@@ -129,7 +129,7 @@ impl Status {
                  reduced the residual.",
             ),
             Self::TooLarge => Some(
-                "Fell back to Gauss–Seidel: the factorization would take more than 20 million \
+                "Fell back to Gauss–Seidel: the factorization would take more than 100 million \
                  multiplications. Use fewer cells.",
             ),
         }
