@@ -170,5 +170,7 @@ impl PluginGroup for SoftBodyPlugins {
         PluginGroupBuilder::start::<Self>()
             .add(simulation::SimulationPlugin::new(self.schedule))
             .add_group(effect::EffectPlugins)
+            .add(effect::EffectPlugin::<effect::ExternalForce>::default())
+            .add(effect::EffectPlugin::<effect::ExternalImpulse>::default())
     }
 }

@@ -13,7 +13,7 @@
 //! [`EffectPlugin`]:
 //!
 //! ```
-//! use bevy::prelude::*;
+//! use bevy::{math::DVec3, prelude::*};
 //! use pliant::{effect::*, prelude::*, simulation::*};
 //!
 //! /// A breeze that pushes every particle the same way.
@@ -45,19 +45,18 @@
 //!
 //!     fn add_systems(schedules: &mut Schedules) {
 //!         schedules.add_systems(
-//!             SolveSchedule,
-//!             blow.in_set(EffectSystems(Self::NAME)).in_set(SolvePhase::User),
+//!             SubstepSchedule,
+//!             blow.in_set(EffectSystems(Self::NAME)).in_set(SolverSystems::Forces),
 //!         );
 //!     }
 //! }
 //!
 //! fn blow(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Breeze), Active>) {
-//!     let h = step.step.h;
+//!     let change = DVec3::X * f64::from(step.step.h); // s
 //!     for (mut particles, breeze) in &mut bodies {
-//!         let Particles { positions, displacements, .. } = &mut *particles;
-//!         for (x, u) in positions.iter().zip(displacements) {
-//!             if x.w > 0.0 {
-//!                 u.x += breeze.acceleration * h * h;
+//!         for i in 0..particles.len() {
+//!             if particles.positions[i].w > 0.0 {
+//!                 particles.accelerate(i, change * f64::from(breeze.acceleration));
 //!             }
 //!         }
 //!     }
@@ -74,6 +73,7 @@ mod contact;
 mod direct;
 mod elastic;
 mod emitter;
+mod external;
 mod force;
 mod grab;
 mod grains;
@@ -95,6 +95,7 @@ mod tethers;
 mod volume;
 mod weave;
 
+pub use external::{ExternalForce, ExternalImpulse};
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,
     ParameterInfo, Scale,

@@ -182,6 +182,12 @@ impl Plugin for SimulationPlugin {
             let after = RunFixedMainLoopSystems::AfterFixedMainLoop;
             app.add_systems(RunFixedMainLoop, clock::look_ahead.in_set(after));
         }
+        app.configure_sets(
+            SubstepSchedule,
+            SolverSystems::Forces
+                .in_set(SolverSystems::Presolve)
+                .before(step::presolve),
+        );
         app.add_systems(
             SubstepSchedule,
             (

@@ -67,6 +67,9 @@ pub enum StepSystems {
 /// The three stages of a substep.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SolverSystems {
+    /// The beginning of [`Presolve`](Self::Presolve): forces, in systems that change the velocities of
+    /// `Particles`. Those of users follow those of the crate.
+    Forces,
     /// Predicts positions.
     Presolve,
     /// Projects constraints, `iterations` times.

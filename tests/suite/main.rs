@@ -76,6 +76,7 @@ mod simulation_clock;
 mod simulation_components;
 mod simulation_entities;
 mod simulation_figures;
+mod simulation_forces;
 mod simulation_hands;
 mod simulation_ledger;
 mod simulation_order;

@@ -1,0 +1,138 @@
+//! Forces and impulses that an app applies.
+
+use crate::{
+    support::{body, cube, pinned, settings, world},
+    support_app::app_of,
+};
+use bevy::prelude::*;
+use glam::DVec3;
+use pliant::{
+    effect::{ExternalForce, ExternalImpulse},
+    simulation::{Asleep, Sleep, tick},
+    solver::{
+        Body, Compliance, ParticleIndex, Particles, Stretch, SurfacePoint, VertexIndex, measure,
+    },
+};
+
+fn particles(app: &App, body: Entity) -> &Particles {
+    app.world().get::<Particles>(body).expect("a body")
+}
+
+/// A block of 0.4 m and 64 kg, without gravity.
+fn block() -> Body {
+    let mut block = body("block", cube(0.4, 2), 1000.0);
+    block.effects.stretch = Some(Stretch {
+        compliance: Compliance::of(1e-6),
+        ..Stretch::default()
+    });
+    block
+}
+
+fn point(particle: u32) -> SurfacePoint {
+    SurfacePoint::new(&[(ParticleIndex(particle), 1.0)]).expect("a point")
+}
+
+/// However many iterations, substeps: v = Ft/m, and a force at a point has the same on the momentum,
+/// and its moment on the angular momentum.
+#[test]
+fn a_force_accelerates_a_body_by_newtons_laws() {
+    for (substeps, iterations) in [(1, 1), (10, 4)] {
+        let start = world(settings(0.0, 60.0, substeps, iterations), block());
+        for at_point in [false, true] {
+            let (mut app, bodies, _) = app_of(&start);
+            let force = Vec3::new(32.0, 0.0, -8.0);
+            let load = match at_point {
+                false => ExternalForce::on_whole(force),
+                true => ExternalForce::at(point(0), force),
+            };
+            let arm = particles(&app, bodies[0]).position(0);
+            app.world_mut().entity_mut(bodies[0]).insert(load);
+            // For a tick only, in which the arm hardly turns.
+            tick(app.world_mut());
+            let now = particles(&app, bodies[0]);
+            let (seconds, force) = (1.0 / 60.0, force.as_dvec3());
+            let momentum = measure::momentum(now);
+            // Displacements are rounded to 24 bits in each substep.
+            let off = momentum.distance(force * seconds);
+            assert!(off < 1e-5 * force.length() * seconds, "{momentum}");
+            let moment = if at_point {
+                arm.cross(force)
+            } else {
+                DVec3::ZERO
+            };
+            let found = measure::angular_momentum(now);
+            // The point moves by less than 1 mm of its arm of 0.35 m; implicit Euler loses rotation.
+            let off = found.distance(moment * seconds);
+            assert!(
+                off < 0.02 * force.length() * seconds * arm.length(),
+                "{found}"
+            );
+        }
+    }
+}
+
+/// A pinned edge of a spring is longer by αF.
+#[test]
+fn a_force_at_a_point_is_held_by_a_spring() {
+    let chain = crate::support::chain(1, 1.0);
+    let mut rope = pinned(body("rope", chain, 1.0), &[0]);
+    rope.effects.stretch = Some(Stretch {
+        compliance: Compliance::of(1e-3),
+        damping: crate::support::damping(0.02),
+        ..Stretch::default()
+    });
+    let tip = rope.topology.numbering.particle(VertexIndex(1));
+    let (mut app, bodies, _) = app_of(&world(settings(0.0, 60.0, 10, 2), rope));
+    let pull = SurfacePoint::new(&[(tip, 1.0)]).expect("a point");
+    let load = ExternalForce::at(pull, Vec3::NEG_Y * 20.0);
+    app.world_mut().entity_mut(bodies[0]).insert(load);
+    for _ in 0..300 {
+        tick(app.world_mut());
+    }
+    let tip = particles(&app, bodies[0]).position(tip.index());
+    // Rounding of a meter to f32.
+    assert!((tip.y + 1.02).abs() < 1e-6, "{tip}");
+    // Without it, the spring goes back.
+    app.world_mut()
+        .entity_mut(bodies[0])
+        .remove::<ExternalForce>();
+    for _ in 0..300 {
+        tick(app.world_mut());
+    }
+    let left = particles(&app, bodies[0]).position(1).y.min(0.0);
+    assert!((left + 1.0).abs() < 1e-6, "{left}");
+}
+
+#[test]
+fn an_impulse_acts_once_and_wakes_the_body() {
+    let start = world(settings(0.0, 60.0, 10, 1), block());
+    let (mut app, bodies, _) = app_of(&start);
+    app.world_mut().resource_mut::<Sleep>().enabled = true;
+    for _ in 0..120 {
+        tick(app.world_mut());
+    }
+    assert!(app.world().get::<Asleep>(bodies[0]).is_some());
+    let impulse = ExternalImpulse::on_whole(Vec3::Y * 6.4).and_at(point(3), Vec3::X * 0.64);
+    app.world_mut().entity_mut(bodies[0]).insert(impulse);
+    for ticks in 1..=3 {
+        tick(app.world_mut());
+        assert!(app.world().get::<Asleep>(bodies[0]).is_none());
+        assert!(app.world().get::<ExternalImpulse>(bodies[0]).is_none());
+        let found = measure::momentum(particles(&app, bodies[0]));
+        let off = found.distance(DVec3::new(0.64, 6.4, 0.0));
+        assert!(off < 1e-4, "after {ticks} ticks: {found}");
+    }
+}
+
+/// Points of another mesh are ignored, and pinned particles stay where they are.
+#[test]
+fn a_force_where_nothing_moves_does_nothing() {
+    let start = world(settings(0.0, 60.0, 4, 1), pinned(block(), &[0]));
+    let (mut app, bodies, _) = app_of(&start);
+    let pin = start.bodies[0].topology.numbering.particle(VertexIndex(0));
+    let before = particles(&app, bodies[0]).clone();
+    let load = ExternalForce::at(point(10_000), Vec3::X).and_at(point(pin.0), Vec3::X * 1e6);
+    app.world_mut().entity_mut(bodies[0]).insert(load);
+    tick(app.world_mut());
+    assert_eq!(particles(&app, bodies[0]).positions, before.positions);
+}
