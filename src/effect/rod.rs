@@ -36,12 +36,12 @@ impl Effect for Rod {
             (1e-4, 0.1), Scale::Logarithmic
         ),
         parameter!(
-            bending_stiffness: SectionStiffness, "Bending stiffness EI", "N·m²",
+            bending_stiffness: SectionStiffness, "Bending EI", "N·m²",
             "Stiffness against bending of a section that is not a circle, such as a yarn; 0 is that of a circle.",
             (1e-9, 1e4), Scale::LogarithmicFromZero
         ),
         parameter!(
-            twisting_stiffness: SectionStiffness, "Twisting stiffness GJ", "N·m²",
+            twisting_stiffness: SectionStiffness, "Twisting GJ", "N·m²",
             "Stiffness against twist of a section that is not a circle; 0 is that of a circle.",
             (1e-9, 1e4), Scale::LogarithmicFromZero
         ),
