@@ -71,7 +71,7 @@
 //! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |
 //! | [`ShapeMatching`](effect::ShapeMatching) | D² = Σ m‖x−g‖² of regions from their goals g [m √kg] | frequency Hz, region m, damping s |
 //! | [`Pressure`](effect::Pressure) | p = K(fV₀/V−1) within a closed surface [Pa] | filling f, bulk modulus K Pa |
-//! | [`Rod`](effect::Rod) | C = x₁−x₀−l d₃ [m] and Im(q̄₀q₁) − Im(Ω₀) of edges | E Pa, ν, radius m, τ s |
+//! | [`Rod`](effect::Rod) | C = x₁−x₀−l d₃ [m] and Im(q̄₀q₁) − Im(Ω₀) of edges | E Pa, ν, radius m, EI and GJ N·m², curl, twist rad/m, τ s |
 //! | [`Direct`](effect::Direct) | edges, hinges, triangles and tetrahedra solved as one system instead of by Gauss–Seidel | |
 //! | [`Tethers`](effect::Tethers) | limit on the distance of a particle from its nearest pin: that at rest | slack |
 //! | [`Plasticity`](effect::Plasticity) | strain beyond the yield strain becomes permanent | yields and limits, creep 1/s |
@@ -82,9 +82,13 @@
 //! | [`Grab`](effect::Grab) | mouse spring, active while dragging | compliance m/N, strength N |
 //! | [`Contact`](effect::Contact) | C = n·(a−b)−d ≥ 0 between surfaces of bodies [m] | thickness m, friction, restitution, compliance m/N |
 //! | [`SelfContact`](effect::SelfContact) | the same between parts of one surface | as `Contact` |
-//! | [`Ground`](effect::Ground) | horizontal ground plane | height m, friction, restitution |
+//! | [`Grains`](effect::Grains) | C = n·(x₁−x₂)−(r₁+r₂) ≥ 0 between balls [m] | friction, cohesion N, rolling resistance |
+//! | [`Ground`](effect::Ground) | horizontal ground plane | height m, friction, restitution, rolling resistance |
 //! | [`StickyGround`](effect::StickyGround) | horizontal ground plane that sticks to what touches it | height m |
 //! | [`Collide`](effect::Collide) | spheres, boxes, capsules, still or moving | friction, restitution |
+//!
+//! Apps push bodies with [`ExternalForce`](effect::ExternalForce) [N] and
+//! [`ExternalImpulse`](effect::ExternalImpulse) [N·s].
 //!
 //! # Sets
 //!

@@ -1,17 +1,19 @@
 //! Forces and impulses that an app applies to bodies, at points of them or on the whole.
 //!
 //! They are components of an app, not effects of scenes: scene files, snapshots and recordings do not
-//! contain them. A body with a force is stepped system by system, which costs more than without.
+//! contain them. While any body has an [`ExternalForce`], all bodies are stepped system by system, as
+//! with effects of users, which is slower; impulses do not have this cost.
 
 use super::Effect;
 use crate::{
     simulation::{
-        Active, CurrentSubstep, EffectSystems, SolverSystems, StepSchedule, StepSystems,
+        Active, CurrentSubstep, EffectSystems, Quarantined, SoftBody, StepSchedule,
         SubstepSchedule,
+        plan::{ExternalForces, ExternalImpulses},
     },
     solver::{Particles, SurfacePoint},
 };
-use bevy::prelude::*;
+use bevy::{ecs::component::Mutable, prelude::*};
 use glam::DVec3;
 
 /// A force on a body [N], constant in space and time until it is changed or removed.
@@ -82,18 +84,61 @@ macro_rules! constructors {
     )*};
 }
 
+/// Points to which something is applied.
+pub(crate) trait Points: Component<Mutability = Mutable> {
+    /// Moves the points to the particles of a body that was torn or renewed; those that are gone are
+    /// removed.
+    fn follow(&mut self, now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>);
+}
+
+macro_rules! points {
+    ($($name:ident)*) => {$(
+        impl Points for $name {
+            fn follow(&mut self, now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>) {
+                self.points.retain_mut(|(point, _)| {
+                    let moved = now(point);
+                    moved.is_some_and(|moved| {
+                        *point = moved;
+                        true
+                    })
+                });
+            }
+        }
+    )*};
+}
+
+points! { ExternalForce ExternalImpulse }
+
+/// Moves the points of external forces and impulses of a body that was torn or renewed.
+pub(crate) fn follow_points(
+    body: &mut EntityWorldMut,
+    now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
+) {
+    fn follow<P: Points>(
+        body: &mut EntityWorldMut,
+        now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
+    ) {
+        if let Some(mut points) = body.get_mut::<P>() {
+            points.bypass_change_detection().follow(now);
+        }
+    }
+    follow::<ExternalForce>(body, &now);
+    follow::<ExternalImpulse>(body, &now);
+}
+
 constructors! { ExternalForce "N" ExternalImpulse "N·s" }
 
 impl Effect for ExternalForce {
     const NAME: &'static str = "external_force";
     const TITLE: &'static str = "External force";
     const SUMMARY: &'static str = "A force of the app on the body.";
+    const HAS_OWN_ORDER: bool = true;
     type State = ();
 
     fn add_systems(schedules: &mut Schedules) {
         let system = push
             .in_set(EffectSystems(Self::NAME))
-            .in_set(SolverSystems::Forces);
+            .in_set(ExternalForces);
         schedules.add_systems(SubstepSchedule, system);
     }
 }
@@ -102,28 +147,36 @@ impl Effect for ExternalImpulse {
     const NAME: &'static str = "external_impulse";
     const TITLE: &'static str = "External impulse";
     const SUMMARY: &'static str = "An impulse of the app on the body.";
+    const HAS_OWN_ORDER: bool = true;
     type State = ();
 
     fn add_systems(schedules: &mut Schedules) {
         let system = kick
             .in_set(EffectSystems(Self::NAME))
-            .in_set(StepSystems::Wake)
-            // Wake systems only look at what has changed.
-            .ambiguous_with_all();
+            .in_set(ExternalImpulses);
         schedules.add_systems(StepSchedule, system);
     }
 }
 
 /// Applies forces in a substep.
 fn push(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &ExternalForce), Active>) {
-    let h = f64::from(step.step.h);
     for (mut particles, force) in &mut bodies {
+        let h = f64::from(step.seconds(&particles));
+        if !force.points.is_empty() {
+            particles.release_spin();
+        }
         accelerate(&mut particles, force.whole, &force.points, h);
     }
 }
 
 /// Applies impulses before a tick.
-fn kick(mut bodies: Query<(Entity, &mut Particles, &ExternalImpulse)>, mut commands: Commands) {
+fn kick(
+    mut bodies: Query<
+        (Entity, &mut Particles, &ExternalImpulse),
+        (With<SoftBody>, Without<Quarantined>),
+    >,
+    mut commands: Commands,
+) {
     for (entity, mut particles, impulse) in &mut bodies {
         accelerate(&mut particles, impulse.whole, &impulse.points, 1.0);
         commands.entity(entity).try_remove::<ExternalImpulse>();

@@ -35,7 +35,7 @@ impl Effect for Grains {
             (1e-5, 10.0), Scale::LogarithmicFromZero
         ),
         parameter!(
-            rolling_resistance: GrainRolling, "Rolling resistance µᵣ", "",
+            rolling_resistance: GrainRolling, "Rolling resistance", "",
             "Slope above which grains roll; ∞ keeps them from rotating, 0 is smooth marbles.",
             (1e-3, 1.0), Scale::LogarithmicToInfinity
         ),

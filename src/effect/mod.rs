@@ -52,11 +52,11 @@
 //! }
 //!
 //! fn blow(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Breeze), Active>) {
-//!     let change = DVec3::X * f64::from(step.step.h); // s
 //!     for (mut particles, breeze) in &mut bodies {
+//!         let change = DVec3::X * f64::from(breeze.acceleration * step.seconds(&particles));
 //!         for i in 0..particles.len() {
 //!             if particles.positions[i].w > 0.0 {
-//!                 particles.accelerate(i, change * f64::from(breeze.acceleration));
+//!                 particles.accelerate(i, change);
 //!             }
 //!         }
 //!     }
@@ -95,6 +95,7 @@ mod tethers;
 mod volume;
 mod weave;
 
+pub(crate) use external::follow_points;
 pub use external::{ExternalForce, ExternalImpulse};
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,
@@ -143,6 +144,8 @@ macro_rules! plugins {
         /// nothing.
         pub(crate) fn watch_for_missing_plugins(app: &mut App) {
             $(app.add_observer(registry::missing_plugin::<$effect>);)*
+            app.add_observer(registry::missing_plugin::<ExternalForce>);
+            app.add_observer(registry::missing_plugin::<ExternalImpulse>);
         }
 
         impl PluginGroup for EffectPlugins {

@@ -105,6 +105,10 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     /// Stages of the solver's plan, for a built-in effect. Effects of users have systems instead.
     const STAGES: &'static [Stage] = &[];
 
+    /// Whether its systems stand where they say, and not after those of the effect that was registered
+    /// before it; `false` by default.
+    const HAS_OWN_ORDER: bool = false;
+
     /// Adds the systems of the effect to the inner schedules, each in
     /// [`EffectSystems`]`(Self::NAME)` and in the set that defines its order there; none by
     /// default.
@@ -179,6 +183,7 @@ pub struct EffectInfo {
     pub runs: bool,
     /// Number of its stages in the solver's plan.
     planned: usize,
+    has_own_order: bool,
     add_systems: fn(&mut Schedules),
     is_carried: fn(&mut World) -> bool,
 }
@@ -234,6 +239,7 @@ impl EffectInfo {
             },
             runs: false,
             planned: E::STAGES.len(),
+            has_own_order: E::HAS_OWN_ORDER,
             add_systems: |schedules| {
                 for stage in E::STAGES {
                     plan::add_stage(schedules, E::NAME, *stage);
@@ -348,7 +354,9 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
         // last and acts before grabs.
         let is_planned = !E::STAGES.is_empty();
         let mut others = registry.effects.iter().rev();
-        let before = others.find(|other| (other.planned > 0) == is_planned);
+        let before = others
+            .find(|other| (other.planned > 0) == is_planned && !other.has_own_order)
+            .filter(|_| !E::HAS_OWN_ORDER);
         let before = before.map(|effect| effect.name);
         registry.effects.push(EffectInfo::of::<E>());
         if let Some(before) = before {
@@ -357,7 +365,7 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
             app.configure_sets(SubstepSchedule, after());
             app.configure_sets(ContactSchedule, after());
         }
-        if !is_planned {
+        if !is_planned && !E::HAS_OWN_ORDER {
             let own = || EffectSystems(E::NAME);
             app.configure_sets(SubstepSchedule, own().after(BuiltinForces));
             app.configure_sets(ContactSchedule, own().after(PlannedSystems));

@@ -14,6 +14,9 @@ use crate::{
 };
 use bevy::prelude::*;
 
+/// Largest twist of a segment [rad] at which joints are as stiff as they should be, within 5 %.
+const MOST_TURNED: f32 = 0.5;
+
 impl Effect for Rod {
     const NAME: &'static str = "rod";
     const TITLE: &'static str = "Rod";
@@ -74,6 +77,14 @@ impl Effect for Rod {
         RodShape::of(topology)
             .err()
             .map(|reason| reason.to_string())
+    }
+
+    fn note(&self, body: &EntityRef, _: &Settings) -> Option<&'static str> {
+        let edges = &body.get::<SoftBody>()?.0.edges;
+        let longest = edges.rest_length.iter().copied().fold(0.0, f32::max);
+        (self.twist.get().abs() * longest > MOST_TURNED).then_some(
+            "The twist is more than 0.5 rad per segment: use more segments, or less of it.",
+        )
     }
 
     fn elements(&self, body: &EntityRef) -> usize {

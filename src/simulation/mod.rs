@@ -184,9 +184,21 @@ impl Plugin for SimulationPlugin {
         }
         app.configure_sets(
             SubstepSchedule,
-            SolverSystems::Forces
-                .in_set(SolverSystems::Presolve)
+            (
+                plan::BuiltinForces,
+                plan::ExternalForces.in_set(SolverSystems::Presolve),
+                SolverSystems::Forces.in_set(SolverSystems::Presolve),
+            )
+                .chain()
                 .before(step::presolve),
+        );
+        // With the masses of this tick; what is not finite is found after it.
+        app.configure_sets(
+            StepSchedule,
+            plan::ExternalImpulses
+                .in_set(StepSystems::Begin)
+                .after(begin::update_masses)
+                .before(begin::check_input),
         );
         app.add_systems(
             SubstepSchedule,

@@ -312,7 +312,9 @@ impl BodyMoment {
             let columns = [&rest.lengths, &rest.volumes, &rest.angles, &rest.folds];
             columns.iter().map(|column| column.len() * 4).sum()
         });
-        size_of::<Self>() + now + past + rest + self.start.len() * ELEMENT
+        let turning =
+            size_of_val(&self.particles.segments[..]) + size_of_val(&self.particles.spins[..]);
+        size_of::<Self>() + now + past + turning + rest + self.start.len() * ELEMENT
     }
 }
 

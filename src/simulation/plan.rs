@@ -55,6 +55,14 @@ pub(crate) fn schedules_of_substep() -> [InternedScheduleLabel; 3] {
     ]
 }
 
+/// Systems of [`ExternalForce`](crate::effect::ExternalForce).
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct ExternalForces;
+
+/// Systems of [`ExternalImpulse`](crate::effect::ExternalImpulse).
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct ExternalImpulses;
+
 fn after_presolve<M>(
     system: impl IntoScheduleConfigs<ScheduleSystem, M>,
 ) -> ScheduleConfigs<ScheduleSystem> {

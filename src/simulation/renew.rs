@@ -5,6 +5,7 @@ use super::{
     body::{KnownMesh, follow_joints},
     step::UnderWay,
 };
+use crate::effect::follow_points;
 use crate::solver::{
     DirectWorkspace, EffectStates, Emitter, Grab, Particles, Sink, Stitches, advance::Stepper,
     renew::Attached,
@@ -69,7 +70,11 @@ pub(super) fn renew(
                 stitches.follow_renewed(number, &renewed);
                 false
             });
-            let (Some(grab), Ok(mut body)) = (grab, world.get_entity_mut(entity)) else {
+            let Ok(mut body) = world.get_entity_mut(entity) else {
+                return;
+            };
+            follow_points(&mut body, |point| renewed.point(point));
+            let Some(grab) = grab else {
                 return;
             };
             match renewed.point(&grab.point) {

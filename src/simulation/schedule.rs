@@ -29,8 +29,8 @@ pub struct ContactSchedule;
 ///                                       └ StepSchedule, once per tick
 ///   └ StepSystems: Wake → Begin → Substeps → End
 ///                                         └ SubstepSchedule, `substeps` times
-///     └ SolverSystems: Presolve → Solve → Postsolve
-///                                  ├ SolveSchedule, `iterations` times
+///     └ SolverSystems: Presolve (first Forces) → Solve → Postsolve
+///                                               ├ SolveSchedule, `iterations` times
 ///       │ └ SolvePhase: Elastic → User → Grab
 ///       └ ContactSchedule, after each of them, or `collision_iterations` times
 /// ```
@@ -64,7 +64,7 @@ pub enum StepSystems {
     End,
 }
 
-/// The three stages of a substep.
+/// The three stages of a substep, and the forces at the beginning of the first.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SolverSystems {
     /// The beginning of [`Presolve`](Self::Presolve): forces, in systems that change the velocities of

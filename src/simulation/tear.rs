@@ -7,6 +7,7 @@ use super::{
     step::UnderWay,
 };
 use crate::{
+    effect::follow_points,
     mesh::Skin,
     solver::{
         Cut, DirectWorkspace, EffectStates, Effects, Grab, ParticleIndex, Particles, Stitches,
@@ -61,6 +62,7 @@ impl Followed {
         });
         if let Ok(mut body) = world.get_entity_mut(body) {
             self.move_grab(&mut body);
+            follow_points(&mut body, |point| Some(self.torn.point(point)));
         }
     }
 

@@ -103,6 +103,7 @@ impl Solver {
             Self::Reference(world) => {
                 for body in &mut world.bodies {
                     body.v.fill(DVec3::ZERO);
+                    body.spins.fill(DVec3::ZERO);
                 }
             }
         }

@@ -245,10 +245,11 @@ fn a_ring_winds_up_without_passing_through_itself() {
         let count = points.len();
         let edge = |i: usize| [points[i], points[(i + 1) % count]];
         for j in 0..count {
-            // Neighbors up to two diameters along the rod are closer at rest.
+            // Edges up to two apart are less than four diameters apart along the rod.
             for i in (0..j).filter(|i| (j - i).min(count - (j - i)) > 2) {
                 let gap = distance(edge(i), edge(j));
-                let least = 2.0 * f64::from(radius) * 0.97;
+                // Rods are solved after contacts, with one iteration: 0.2 % were measured.
+                let least = 2.0 * f64::from(radius) * 0.99;
                 assert!(
                     gap > least,
                     "{gap} m between {i} and {j} after {tick} ticks"
@@ -342,12 +343,23 @@ fn curl_and_twist_shape_a_rod_at_rest() {
             (ends - expected).abs() < 2e-3,
             "curl {curl}, twist {twist}: ends {ends} m apart for {expected}"
         );
-        let handed = (points[16] - points[0])
-            .cross(points[32] - points[16])
-            .dot(points[48] - points[32]);
+        // Its handedness and shape, by the triple product of three chords.
+        let triple = |at: &dyn Fn(usize) -> DVec3| {
+            let chord = |k: usize| at(k + 16) - at(k);
+            chord(0).cross(chord(16)).dot(chord(32))
+        };
+        let exact = |k: usize| {
+            let s = k as f64 / 64.0;
+            let radius = curl * kappa / (omega * omega);
+            let (sin, cos) = (omega * s).sin_cos();
+            DVec3::new(radius * cos, radius * sin, twist / omega * s)
+        };
+        let handed = triple(&|k| points[k]);
+        let expected = if omega == 0.0 { 0.0 } else { triple(&exact) };
+        // It is proportional to the torsion and to the square of the curvature.
         assert!(
-            twist == 0.0 || handed * twist > 0.0,
-            "twist {twist}, but {handed}"
+            (handed - expected).abs() < 0.03 * expected.abs() + 1e-7,
+            "curl {curl}, twist {twist}: {handed} for {expected}"
         );
     }
 }

@@ -97,6 +97,9 @@ fn a_grain_rolls_down_a_slope_stays_or_slides_as_a_ball_does() {
         (0.5, 0.1, (sine - 0.1 * cosine) / 1.4, true),
         (0.5, 0.31, 0.0, true),
         (0.05, 0.0, sine - 0.05 * cosine, false),
+        // More resistance than friction: it slides without rotating.
+        (0.05, 0.31, sine - 0.05 * cosine, false),
+        (0.0, 0.1, sine, false),
     ];
     for (friction, resistance, acceleration, rolls) in cases {
         for (name, mut world) in on_each_surface(rolling(0.9, resistance), friction) {
@@ -112,8 +115,8 @@ fn a_grain_rolls_down_a_slope_stays_or_slides_as_a_ball_does() {
             let rim = -turn.cross(DVec3::Y).x;
             let expected = match rolls {
                 true => -expected,
-                // µ cos θ g, 5/2 times as fast as it would brake the ball.
-                false => -2.5 * friction * cosine * GRAVITY,
+                // 5/2 (µ − µᵣ) cos θ g.
+                false => -2.5 * (friction - resistance).max(0.0) * cosine * GRAVITY,
             };
             assert!(
                 (rim - expected).abs() < 3e-3 * expected.abs() + 1e-4,
@@ -163,9 +166,9 @@ fn balls_that_graze_each_other_exchange_spin() {
             &[(Vec3::ZERO, RADIUS), (Vec3::X * gap, radius)],
             rolling(5.0, 0.0),
         );
-        // Toward each other at 1 m/s, and past each other at 0.5 m/s.
+        // Toward each other along x at 1 m/s, and past each other at 0.5 m/s.
         pair.particles.set_velocity(0, Vec3::new(1.0, 0.5, 0.0));
-        let mut world = world_of(settings(0.0, 60.0, 40, 1), pair);
+        let mut world = world_of(settings(0.0, 6000.0, 1, 1), pair);
         let particles = &world.bodies[0].particles;
         let before = (
             measure::momentum(particles),
@@ -185,12 +188,9 @@ fn balls_that_graze_each_other_exchange_spin() {
             before.1.distance(after.1) < 2e-3 * scale,
             "{before:?} {after:?}"
         );
+        // In the first substep, at rest before, the line of centers is along x.
         let apart = velocity(&world, 0) - velocity(&world, 1);
-        // The line of centers turns by less than 0.5 m/s · 1/60 s over their distance.
-        let turned = (particles.position(0) - particles.position(1)).normalize();
-        let along = apart - turned * apart.dot(turned);
-        let found = along.length() / 0.5;
-        assert!((found - 5.0 / 7.0).abs() < 0.05, "{found}");
+        assert!((apart.y / 0.5 - 5.0 / 7.0).abs() < 2e-3, "{apart}");
     }
 }
 
@@ -245,7 +245,7 @@ fn marbles_spread_and_rough_grains_pile_up() {
 }
 
 #[test]
-fn rotation_has_the_same_bits_on_any_number_of_threads_and_is_renewed_each_tick() {
+fn rotation_has_the_same_bits_on_any_number_of_threads() {
     let state = |threads: usize| {
         let mut world = column(0.3, 0.05);
         world.threads = Threads::new(threads).expect("some");
@@ -255,10 +255,12 @@ fn rotation_has_the_same_bits_on_any_number_of_threads_and_is_renewed_each_tick(
     };
     let one = state(1);
     assert!(one.1.iter().any(|spin| spin.truncate().length() > 0.1));
-    assert_eq!(one, state(2));
+    for threads in [2, 8] {
+        assert_eq!(one, state(threads));
+    }
 }
 
-/// Ends with the effect, and begins again at rest.
+/// Rotation ends with the resistance, and begins again at rest.
 #[test]
 fn grains_stop_rotating_when_they_may_not() {
     let mut world = column(0.3, 0.05);
@@ -266,6 +268,15 @@ fn grains_stop_rotating_when_they_may_not() {
     world.bodies[0].effects.grains = rolling(0.3, f64::INFINITY);
     world.tick();
     assert!(world.bodies[0].particles.spins.is_empty());
+    world.bodies[0].effects.grains = rolling(0.3, 0.05);
+    world.settings.gravity = Vec3::ZERO;
+    let before = measure::rotational_energy(&world.bodies[0].particles);
+    world.tick();
+    assert_eq!(before, 0.0);
+    assert_eq!(
+        world.bodies[0].particles.spins.len(),
+        world.bodies[0].particles.len()
+    );
 }
 
 /// A ball rolls down a slope of fixed grains, and two touch.
@@ -332,15 +343,14 @@ fn silo(hole: f32, effect: Option<Grains>) -> World {
     world
 }
 
-/// Beverloo (1961): the flow through a hole of a side D does not depend on the height of the fill,
-/// Q = C ρ √g (D − kd)^(5/2) with k from 1.3 to 1.6; C is 0.55 to 0.65 for a round hole, and 4/π times as
+/// Beverloo (1961): the flow through a hole of a side D is Q = C ρ √g (D − kd)^(5/2) with k from 1.3 to 1.6; C is 0.55 to 0.65 for a round hole, and 4/π times as
 /// much for a square one of the same D, by the area. Grains that may not rotate clog it.
 #[test]
 fn grains_flow_through_a_hole_by_the_law_of_beverloo() {
     let bulk = 0.58 * 1600.0;
     let mean_diameter = 2.0 * 0.9 * f64::from(RADIUS);
-    let flow = |hole: f32| {
-        let mut world = silo(hole, rolling(0.5, 0.1));
+    let flow = |hole: f32, resistance: f64| {
+        let mut world = silo(hole, rolling(0.5, resistance));
         let left = |world: &World| {
             let positions = &world.bodies[0].particles.positions;
             let fallen = positions.iter().filter(|x| x.y < -0.1);
@@ -353,7 +363,7 @@ fn grains_flow_through_a_hole_by_the_law_of_beverloo() {
     };
     let holes = [0.12, 0.15_f32];
     let free = holes.map(|hole| f64::from(hole) - 1.6 * mean_diameter);
-    let flows = holes.map(flow);
+    let flows = holes.map(|hole| flow(hole, 0.1));
     let exponent = (flows[1] / flows[0]).ln() / (free[1] / free[0]).ln();
     let factors = [0, 1].map(|i| flows[i] / (bulk * GRAVITY.sqrt() * free[i].powf(2.5)));
     // Some 800 and 1500 grains pass, in clusters of about ten: the flows are uncertain by a tenth,
@@ -363,6 +373,8 @@ fn grains_flow_through_a_hole_by_the_law_of_beverloo() {
     for factor in factors {
         assert!((0.85 * low..1.15 * high).contains(&factor), "{factors:?}");
     }
+    let clogged = flow(0.12, f64::INFINITY);
+    assert!(clogged < 0.4 * flows[0], "{clogged} kg/s of {flows:?}");
 }
 
 /// The radius that a collapsed column of grains reaches, as a multiple of what it had, depends on
@@ -383,18 +395,22 @@ fn a_column_runs_out_as_far_as_columns_of_sand_do() {
         sand.effects.ground = floor(0.5);
         let mut world = world_of(settings(GRAVITY, 60.0, 20, 4), sand);
         run(&mut world, 3.0);
-        // The radius of a cone with this mean distance from its axis.
         let particles = &world.bodies[0].particles;
         let middle = measure::center_of_mass(particles);
         let off = |i: usize| (particles.position(i) - middle).with_y(0.0).length();
-        let mean = (0..particles.len()).map(off).sum::<f64>() / particles.len() as f64;
-        2.0 * mean / f64::from(radius) - 1.0
+        let mut distances: Vec<f64> = (0..particles.len()).map(off).collect();
+        distances.sort_by(f64::total_cmp);
+        // The radius of a cone with this mean distance from its axis, and that of 95 %.
+        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+        let most = distances[distances.len() * 95 / 100];
+        [2.0 * mean, most].map(|reached| reached / f64::from(radius) - 1.0)
     };
     for (size, law) in [((0.16, 0.16), 1.24), ((0.12, 0.36), 1.6 * 3.0_f64.sqrt())] {
-        // The law is that of columns of many more grains; these are ten to fifteen radii wide.
-        let found = runout(size, 0.1);
+        // The law is that of columns of many more grains; these have radii of 20 and 15 grains.
+        let [found, most] = runout(size, 0.1);
         assert!((found / law - 1.0).abs() < 0.2, "{found} for {law}");
+        assert!(most > 0.8, "{most}");
     }
-    let stiff = runout((0.16, 0.16), f64::INFINITY);
-    assert!(stiff < 0.5 * 1.24, "{stiff}");
+    let [_, stiff] = runout((0.16, 0.16), f64::INFINITY);
+    assert!(stiff < 0.3, "{stiff}");
 }

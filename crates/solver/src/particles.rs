@@ -186,6 +186,12 @@ impl Particles {
         self.displacements[i] = (carry.as_dvec3() + motion).as_vec3().extend(0.0);
     }
 
+    /// Something outside of the body turns it: its angular momentum is not
+    /// [kept](crate::KeepSpin) in this substep.
+    pub fn release_spin(&mut self) {
+        self.spin = None;
+    }
+
     /// Sets the velocity of all particles to zero.
     pub fn stop(&mut self) {
         self.displacements.clone_from(&self.carry);
@@ -197,15 +203,19 @@ impl Particles {
         }
     }
 
-    /// Grains of these radii [m] rotate, or nothing does.
-    pub(super) fn rotate(&mut self, radii: Option<&[f32]>) {
+    /// Grains of these radii [m] rotate, except pinned ones, or nothing does.
+    pub(super) fn allow_rotation(&mut self, radii: Option<&[f32]>) {
         let radii = radii.unwrap_or_default();
         if self.spins.len() != radii.len() {
             self.spins.clear();
             self.spins.resize(radii.len(), Vec4::ZERO);
         }
-        for (spin, &radius) in self.spins.iter_mut().zip(radii) {
-            spin.w = radius;
+        let grains = self.spins.iter_mut().zip(radii).zip(&self.positions);
+        for ((spin, &radius), x) in grains {
+            *spin = match x.w {
+                0.0 => Vec4::ZERO.with_w(radius),
+                _ => spin.with_w(radius),
+            };
         }
     }
 
@@ -222,10 +232,11 @@ impl Particles {
         self.repair = Repair::default();
     }
 
-    /// Whether all particles have zero velocity.
+    /// Whether all particles have zero velocity, and no grain rotates.
     #[must_use]
     pub fn is_still(&self) -> bool {
-        self.displacements == self.carry
+        let rotates = |spin: &Vec4| spin.truncate() != Vec3::ZERO;
+        self.displacements == self.carry && !self.spins.iter().any(rotates)
     }
 
     /// Length of the substep for the displacements [s].

@@ -17,7 +17,7 @@ use super::{
     section::{self, RowButton, section},
 };
 use crate::{
-    effect::{Effect, Stitches},
+    effect::{Effect, Grab, Stitches},
     sandbox::ui::{number, theme},
 };
 
@@ -29,7 +29,7 @@ const FIGURE: f32 = 34.0;
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "Effects", |ui, panel| {
-        let (own, grabs): (Vec<_>, Vec<_>) =
+        let (own, others): (Vec<_>, Vec<_>) =
             model.effects.iter().partition(|effect| effect.switchable);
         let (running, absent): (Vec<_>, Vec<_>) =
             own.into_iter().partition(|effect| effect.carriers > 0);
@@ -38,8 +38,11 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         }
         // Effects that are active only while dragging keep their row, so that nothing moves when a
         // body is grabbed.
-        for effect in &grabs {
-            heading(ui, panel, model, effect);
+        let keeps_row = |name| [Stitches::NAME, Grab::NAME].contains(&name);
+        for effect in others {
+            if effect.carriers > 0 || keeps_row(effect.name) {
+                heading(ui, panel, model, effect);
+            }
         }
         hands::grab(ui, panel, model);
         for stage in &model.stages {
@@ -231,7 +234,8 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
             (true, true) => "Remove from selection",
             (true, false) => "Add to selection",
             (false, _) if effect.name == Stitches::NAME => "Placed by the scene",
-            (false, _) => "Active while dragging",
+            (false, _) if effect.name == Grab::NAME => "Active while dragging",
+            (false, _) => "Set by the app",
         });
         if pressed {
             panel.ask(Request::Effect {
@@ -264,7 +268,8 @@ fn detail(model: &PanelModel, effect: &EffectModel) -> String {
         let waits = match effect.name {
             _ if effect.switchable => "",
             Stitches::NAME => "placed by the scene",
-            _ => "while dragging",
+            Grab::NAME => "while dragging",
+            _ => "",
         };
         return waits.to_owned();
     }

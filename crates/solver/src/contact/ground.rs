@@ -15,7 +15,7 @@ use crate::{
     particles::Part,
     step::scope::{EachParticle, ReadOnly},
 };
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// Ground plane with friction and restitution.
@@ -152,11 +152,16 @@ impl BodyEffect for StickyGround {
     fn solve(&self, _: &(), part: Part, pass: &BodyPass) -> bool {
         let mut touched = false;
         let state = part.positions.iter().zip(part.displacements);
+        let mut spins = part.spins.iter_mut();
         for (i, ((p, u), c)) in state.zip(&*part.carry).enumerate() {
+            let spin = spins.next();
             let radius = pass.topology.radius(pass.first + i);
             if (p.y - self.height.get()) + u.y < radius && p.w > 0.0 {
                 if !pass.is_frictionless {
                     *u = *c;
+                    if let Some(spin) = spin {
+                        *spin = Vec4::ZERO.with_w(spin.w);
+                    }
                 }
                 u.y = (self.height.get() - p.y) + radius;
                 touched = true;
@@ -171,6 +176,9 @@ impl BodyEffect for StickyGround {
             let height = height + f64::from(body.topology.radius(i));
             if body.x[i].y < height && body.w[i] > 0.0 {
                 body.x[i] = body.p[i].with_y(height);
+                if let Some(spin) = body.spins.get_mut(i) {
+                    *spin = DVec3::ZERO;
+                }
                 *body.touched = true;
             }
         }

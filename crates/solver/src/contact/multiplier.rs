@@ -10,7 +10,7 @@ use crate::effects::body_effect::Resting;
 use glam::Vec3;
 
 /// Multipliers of the contact of a particle with a rigid surface, as displacements: times m/h² they
-/// are forces.
+/// are forces, and the torque of a grain is ⅖mr/h² times its one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ContactMultiplier {
     /// Displacement by friction [m].

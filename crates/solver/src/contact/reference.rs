@@ -122,7 +122,8 @@ fn respond(
         // takes the slip of a ball that rotates.
         let inertia = 0.4;
         let turn = *spin * *h;
-        let stopped = normal.cross(slip) / inertia;
+        let stopping = (before + slip).clamp_length_max(limit) - before;
+        let stopped = normal.cross(stopping) / inertia;
         let held = pushed.torque;
         pushed.torque = (held - turn - stopped).clamp_length_max(rolling * pushed.normal / inertia);
         let turn = turn + (pushed.torque - held);

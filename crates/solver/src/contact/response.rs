@@ -79,11 +79,14 @@ impl Response {
         let slip = slip - normal * slip.dot(normal);
         let friction_before = before.friction.as_dvec3();
         let friction_before = friction_before - normal * friction_before.dot(normal);
+        let limit = self.friction * (pushed + depth);
         let mut roll = spin.map(|spin| {
             let turn = spin.truncate().as_dvec3() * self.h;
             let held = before.torque.as_dvec3();
-            let limit = self.rolling * (pushed + depth);
-            let (torque, turn) = resisted(held, turn, normal.cross(slip), limit);
+            // What friction can take if the grain does not rotate.
+            let stopping = (friction_before + slip).clamp_length_max(limit) - friction_before;
+            let most = self.rolling * (pushed + depth);
+            let (torque, turn) = resisted(held, turn, normal.cross(stopping), most);
             multiplier.torque = torque.as_vec3();
             (spin, turn)
         });
@@ -91,7 +94,7 @@ impl Response {
             Some((_, turn)) => friction_before + (slip - turn.cross(normal)) / GRIP,
             None => friction_before + slip,
         };
-        let (size, limit) = (unlimited.length(), self.friction * (pushed + depth));
+        let size = unlimited.length();
         let friction = if size <= limit {
             unlimited
         } else {

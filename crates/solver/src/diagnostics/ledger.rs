@@ -581,7 +581,7 @@ impl EnergyTracker {
             }
             elastic_work += mass * elastic.dot(end);
         }
-        // Only friction turns grains.
+        // Only friction and rolling resistance turn grains.
         sum.friction += rotational_energy(particles) - rotational_energy(&self.start);
         sum.integrator += stored.integrator;
         sum.convergence = elastic_work + stored.change - stored.integrator - stored.damping;

@@ -247,6 +247,9 @@ impl World {
             body.spin = body.spin(settings);
             body.push_by_forces(Moment { time: start, h });
             if let Some(kept) = step.method.keeps_speed() {
+                body.spins
+                    .iter_mut()
+                    .for_each(|spin| *spin *= f64::from(kept));
                 for v in &mut body.v {
                     *v = (*v + gravity * h) * f64::from(kept) - gravity * h;
                 }
@@ -358,10 +361,15 @@ impl Body {
     /// Replaces the effects.
     pub fn carry(&mut self, effects: &Effects) {
         self.effects = *effects;
-        let rotating = effects.grains.filter(Grains::rotate);
+        let rotating = effects.grains.filter(Grains::rotates);
         let count = rotating.map_or(0, |_| self.topology.radii.len());
         if self.spins.len() != count {
             self.spins = vec![DVec3::ZERO; count];
+        }
+        for (spin, w) in self.spins.iter_mut().zip(&self.w) {
+            if *w == 0.0 {
+                *spin = DVec3::ZERO;
+            }
         }
         self.states
             .prepare(effects, &self.topology, &self.x, &self.w);

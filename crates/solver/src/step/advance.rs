@@ -128,8 +128,9 @@ impl Stepper<'_> {
         } else {
             self.particles.segments.clear();
         }
-        let rotating = effects.grains.filter(Grains::rotate);
-        self.particles.rotate(rotating.map(|_| &topology.radii[..]));
+        let rotating = effects.grains.filter(Grains::rotates);
+        self.particles
+            .allow_rotation(rotating.map(|_| &topology.radii[..]));
         let positions = &self.particles.positions;
         self.states.others.begin_tick(effects, topology, positions);
     }

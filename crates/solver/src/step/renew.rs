@@ -69,6 +69,9 @@ impl Stepper<'_> {
 impl Particles {
     fn renew(&mut self, renewal: &Renewal) {
         let count = renewal.kept.len() + renewal.births.len();
+        if self.spins.len() != self.positions.len() {
+            self.spins.clear();
+        }
         for column in [
             &mut self.positions,
             &mut self.displacements,

@@ -66,6 +66,9 @@ pub fn damp_velocity(part: Part, h: f32, gravity: Vec3, kept: f32) {
     for (u, c) in part.displacements.iter_mut().zip(&*part.carry) {
         *u = *c + ((*u - *c) * kept - lost);
     }
+    for spin in part.spins {
+        *spin = (*spin * kept).with_w(spin.w);
+    }
 }
 
 /// Moves every particle by the mean of the corrections that are summed in xyz of `sums` and counted

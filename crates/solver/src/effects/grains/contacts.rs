@@ -57,7 +57,9 @@ struct Block {
 #[derive(Debug, Clone, Default)]
 pub struct Contacts {
     blocks: Vec<Block>,
-    /// One for each block, if the grains rotate.
+    /// Whether the grains rotate.
+    rotates: bool,
+    /// One for each block, if they do.
     rolls: Vec<Roll>,
     pairs: usize,
     /// Whether the multipliers have not moved the grains in the current substep yet.
@@ -84,6 +86,11 @@ const WARM: f32 = 0.5;
 const COLORS: usize = 128;
 
 impl Contacts {
+    /// Whether the blocks are those of the particles, which rotate or do not.
+    pub fn fit(&self, part: &Part) -> bool {
+        self.rotates == !part.spins.is_empty()
+    }
+
     /// Number of pairs.
     pub fn pairs(&self) -> usize {
         self.pairs
@@ -145,7 +152,8 @@ impl Contacts {
         self.blocks.clear();
         self.blocks.resize(next as usize / WIDTH, none);
         self.rolls.clear();
-        if !part.spins.is_empty() {
+        self.rotates = !part.spins.is_empty();
+        if self.rotates {
             let none = Roll {
                 curvatures: [[0.0; WIDTH]; 2],
                 torque: [[0.0; WIDTH]; 3],
@@ -179,7 +187,7 @@ impl Contacts {
     /// Reads the rotations in a substep of `h` seconds.
     fn load_turns(&mut self, neighbors: &Neighbors, part: &Part, h: f32) {
         self.turns.clear();
-        if !self.rolls.is_empty() {
+        if self.rotates {
             let turns = neighbors.order.iter();
             self.turns
                 .extend(turns.map(|&grain| part.spins[grain as usize] * h));
@@ -235,13 +243,13 @@ impl Contacts {
             instructions.run(Start { contacts: self });
         }
         let acts_too = &mut acts;
-        match self.rolls.is_empty() {
-            true => instructions.run(Pass::<false> {
+        match self.rotates {
+            false => instructions.run(Pass::<false> {
                 contacts: self,
                 limits,
                 acts: acts_too,
             }),
-            false => instructions.run(Pass::<true> {
+            true => instructions.run(Pass::<true> {
                 contacts: self,
                 limits,
                 acts: acts_too,
@@ -324,16 +332,18 @@ const LEVER: f32 = crate::contact::LEVER as f32;
 /// s + W_t p + c n × τ and ρ − c n × p + W_ρ τ.
 ///
 /// Both are solved together; with a torque beyond its limit, only the first one.
-struct Rest<'a, L: Lanes> {
+struct NoSlip<'a, L: Lanes> {
     normal: &'a Vectors<L>,
     weights: &'a [f32x8<L>; 2],
     /// Without rotation [m].
     slip: Vectors<L>,
-    /// Limit of the torque over the reduced radius r₁r₂/(r₁ + r₂) [kg·m].
-    limit: f32x8<L>,
+    /// Friction of earlier passes [kg·m].
+    held: &'a Vectors<L>,
+    /// Limits of friction [kg·m], and of the torque over the reduced radius r₁r₂/(r₁ + r₂) [kg·m].
+    limits: [f32x8<L>; 2],
 }
 
-impl<L: Lanes> Rest<'_, L> {
+impl<L: Lanes> NoSlip<'_, L> {
     /// The impulse of friction [kg·m], not limited yet, and the change of the torque.
     #[inline(always)]
     fn reach(
@@ -346,7 +356,8 @@ impl<L: Lanes> Rest<'_, L> {
             normal,
             weights: [w0, w1],
             slip,
-            limit,
+            held: friction,
+            limits: [most_friction, most_torque],
         } = self;
         let zero = f32x8::splat(simd, 0.0);
         let one = f32x8::splat(simd, 1.0);
@@ -363,17 +374,22 @@ impl<L: Lanes> Rest<'_, L> {
         let mixed = (*w0 * k0 - *w1 * k1) * LEVER;
         let of_turn = inverse((*w0 * k0 * k0 + *w1 * k1 * k1) * LEVER);
         let of_slip = (*w0 + *w1) * (1.0 + LEVER);
-        // Without the mixed term it is at least w₁ + w₂.
+        // The mixed term takes at most 5/2 (w₁ + w₂) of it.
         let both = inverse(of_slip - mixed * mixed * of_turn);
         let across = cross(normal, &turned);
-        let by: Vectors<L> =
-            std::array::from_fn(|k| (across[k] * mixed * of_turn - slip[k]) * both);
+        // What friction can do of it.
+        let all: Vectors<L> =
+            std::array::from_fn(|k| friction[k] + (across[k] * mixed * of_turn - slip[k]) * both);
+        let size = dot(&all, &all).sqrt();
+        let over = size.simd_gt(most_friction);
+        let scale = over.select(most_friction / over.select(size, one), one);
+        let by: Vectors<L> = std::array::from_fn(|k| all[k] * scale - friction[k]);
         let behind = cross(normal, &by);
         let held = roll.torque.each_ref().map(load);
         let wanted: Vectors<L> =
             std::array::from_fn(|k| held[k] + (behind[k] * mixed - turned[k]) * of_turn);
         let size = dot(&wanted, &wanted).sqrt();
-        let most = limit * inverse(k0 + k1);
+        let most = most_torque * inverse(k0 + k1);
         let over = size.simd_gt(most);
         let scale = over.select(most / over.select(size, one), one);
         let mut change = [zero; 3];
@@ -585,14 +601,15 @@ impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
             let pressed = push + pull;
             let mut torque = [zero; 3];
             let wanted: Vectors<L> = if ROLLS {
-                let rest = Rest {
+                let wanted = NoSlip {
                     normal: &normal,
                     weights: &weights,
                     slip: std::array::from_fn(|k| anchor[k] + slip[k]),
-                    limit: pressed * rolling,
+                    held: &held,
+                    limits: [pressed * sticks, pressed * rolling],
                 };
                 let p;
-                (p, torque) = rest.reach(simd, turns, (block, &mut rolls[number]));
+                (p, torque) = wanted.reach(simd, turns, (block, &mut rolls[number]));
                 std::array::from_fn(|k| held[k] + p[k])
             } else {
                 std::array::from_fn(|k| held[k] - (anchor[k] + slip[k]) * inverse)

@@ -65,7 +65,7 @@ pub struct Grains {
 impl Grains {
     /// Whether grains rotate.
     #[must_use]
-    pub fn rotate(&self) -> bool {
+    pub fn rotates(&self) -> bool {
         self.rolling_resistance.get().is_finite()
     }
 }
@@ -104,7 +104,7 @@ impl GrainsState {
     /// the tick alone.
     fn begin(&mut self, effect: &Grains, part: &Part, pass: &BodyPass) {
         let (substep, count) = pass.substep;
-        let is_known = self.is_of(pass.topology) && substep > 0;
+        let is_known = self.is_of(pass.topology) && substep > 0 && self.contacts.fit(part);
         self.neighbors.follow(part);
         if !(is_known && self.neighbors.are_valid(part)) {
             self.made_for = Some(pass.topology.identity());
@@ -144,6 +144,9 @@ impl BodyEffect for Grains {
         if state.substep != Some(pass.substep.0) {
             state.begin(self, &part, pass);
             state.substep = Some(pass.substep.0);
+        }
+        if !state.contacts.fit(&part) {
+            return false;
         }
         let friction = self.friction.get();
         let limits = Limits {
@@ -300,6 +303,8 @@ impl ReferenceContact {
             let of_slip = 3.5 * weight;
             let both = of_slip - mixed * mixed / of_turn;
             let stuck = (n.cross(relative) * (mixed / of_turn) - slip) / both;
+            let acting = self.friction_multiplier;
+            let stuck = (acting + stuck).clamp_length_max((sticks * load).max(0.0)) - acting;
             let held = self.torque_multiplier;
             let limit = radii[0] * radii[1] / (radii[0] + radii[1]);
             let torque = (held + (n.cross(stuck) * mixed - relative) / of_turn)
