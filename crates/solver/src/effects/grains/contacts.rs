@@ -88,7 +88,7 @@ const COLORS: usize = 128;
 impl Contacts {
     /// Whether the blocks are those of the particles, which rotate or do not.
     pub fn fit(&self, part: &Part) -> bool {
-        self.rotates == !part.spins.is_empty()
+        self.rotates != part.spins.is_empty()
     }
 
     /// Number of pairs.
