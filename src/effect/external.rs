@@ -13,7 +13,7 @@ use crate::{
     },
     solver::{Particles, SurfacePoint},
 };
-use bevy::{ecs::component::Mutable, prelude::*};
+use bevy::prelude::*;
 use glam::DVec3;
 
 /// A force on a body [N], constant in space and time until it is changed or removed.
@@ -84,49 +84,27 @@ macro_rules! constructors {
     )*};
 }
 
-/// Points to which something is applied.
-pub(crate) trait Points: Component<Mutability = Mutable> {
-    /// Moves the points to the particles of a body that was torn or renewed; those that are gone are
-    /// removed.
-    fn follow(&mut self, now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>);
-}
+constructors! { ExternalForce "N" ExternalImpulse "N·s" }
 
-macro_rules! points {
-    ($($name:ident)*) => {$(
-        impl Points for $name {
-            fn follow(&mut self, now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>) {
-                self.points.retain_mut(|(point, _)| {
-                    let moved = now(point);
-                    moved.is_some_and(|moved| {
-                        *point = moved;
-                        true
-                    })
-                });
-            }
-        }
-    )*};
-}
-
-points! { ExternalForce ExternalImpulse }
-
-/// Moves the points of external forces and impulses of a body that was torn or renewed.
+/// Moves the points of external forces and impulses to the particles of a body that was torn or
+/// renewed; those that are gone are removed.
 pub(crate) fn follow_points(
     body: &mut EntityWorldMut,
     now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
 ) {
-    fn follow<P: Points>(
-        body: &mut EntityWorldMut,
-        now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
-    ) {
-        if let Some(mut points) = body.get_mut::<P>() {
-            points.bypass_change_detection().follow(now);
-        }
+    let follow = |points: &mut Vec<(SurfacePoint, Vec3)>| {
+        points.retain_mut(|(point, _)| {
+            let moved = now(point);
+            moved.inspect(|moved| *point = *moved).is_some()
+        });
+    };
+    if let Some(mut force) = body.get_mut::<ExternalForce>() {
+        follow(&mut force.bypass_change_detection().points);
     }
-    follow::<ExternalForce>(body, &now);
-    follow::<ExternalImpulse>(body, &now);
+    if let Some(mut impulse) = body.get_mut::<ExternalImpulse>() {
+        follow(&mut impulse.bypass_change_detection().points);
+    }
 }
-
-constructors! { ExternalForce "N" ExternalImpulse "N·s" }
 
 impl Effect for ExternalForce {
     const NAME: &'static str = "external_force";

@@ -15,7 +15,7 @@ use crate::{
 use bevy::prelude::*;
 
 /// Largest twist of a segment [rad] at which joints are as stiff as they should be, within 5 %.
-const MOST_TURNED: f32 = 0.5;
+const MAX_TURN: f32 = 0.5;
 
 impl Effect for Rod {
     const NAME: &'static str = "rod";
@@ -82,7 +82,7 @@ impl Effect for Rod {
     fn note(&self, body: &EntityRef, _: &Settings) -> Option<&'static str> {
         let edges = &body.get::<SoftBody>()?.0.edges;
         let longest = edges.rest_length.iter().copied().fold(0.0, f32::max);
-        (self.twist.get().abs() * longest > MOST_TURNED).then_some(
+        (self.twist.get().abs() * longest > MAX_TURN).then_some(
             "The twist is more than 0.5 rad per segment: use more segments, or less of it.",
         )
     }

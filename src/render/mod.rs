@@ -14,6 +14,7 @@
 //! normals. A body that has not moved since the last frame costs nothing. Its [`Transform`] stays
 //! at the identity: positions are in world space.
 
+mod attach;
 mod balls;
 pub mod drawn;
 mod from_mesh;
@@ -23,6 +24,7 @@ mod ray_cast;
 mod surface;
 mod tube;
 
+pub use attach::AttachTo;
 pub use drawn::{Drawn, Outline};
 pub use gizmos::{SoftBodyGizmos, SoftBodyGizmosPlugin};
 pub use ray_cast::{SoftBodyHit, SoftBodyPickingPlugin, SoftBodyRayCast};
@@ -57,7 +59,7 @@ impl Plugin for SoftBodyMeshPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             PostUpdate,
-            (make, redraw, interpolate, upload)
+            (make, redraw, interpolate, upload, attach::attach)
                 .chain()
                 .in_set(MeshSystems)
                 .after(SoftBodySystems::Last)

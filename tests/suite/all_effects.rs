@@ -10,8 +10,8 @@ use pliant::{
         Friction, Grab, GrainRolling, Grains, Ground, IsometricBend, Membrane, MembraneCompliance,
         NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape, Rod, SectionStiffness,
         SelfContact, ShapeMatching, Sink, Slack, StickyGround, Stiffness, Strain, StrainLimit,
-        Stream, Stretch, Struts, SurfacePoint, Tear, Tethers, Thickness, Turbulence, Twist,
-        Uniform, Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
+        Stream, Stretch, Struts, SurfacePoint, Tear, Tethers, Thickness, Turbulence, Uniform,
+        Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
     },
 };
 
@@ -73,7 +73,7 @@ samples! {
     StrainLimit on Sheet { limit: of::<Strain>(0.01) }
     ShapeMatching on Solid { frequency: of::<Frequency>(8.0); damping }
     Pressure on Shell { bulk_modulus: of::<Stiffness>(1e5) }
-    Rod on Chain { youngs_modulus: of::<YoungsModulus>(1e7), bending_stiffness: of::<SectionStiffness>(0.1), twist: of::<Twist>(2.0); damping }
+    Rod on Chain { youngs_modulus: of::<YoungsModulus>(1e7), bending_stiffness: of::<SectionStiffness>(0.1), twisting_stiffness: of::<SectionStiffness>(0.05); damping }
     Grains on Grains { friction: of::<Friction>(0.3), rolling_resistance: of::<GrainRolling>(0.05) }
     Tethers on Sheet { slack: of::<Slack>(0.01) }
     Contact on Solid {}

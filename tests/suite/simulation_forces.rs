@@ -10,8 +10,8 @@ use pliant::{
     effect::{ExternalForce, ExternalImpulse},
     simulation::{Asleep, Sleep, tick},
     solver::{
-        Body, Compliance, KeepSpin, Order, ParticleIndex, Particles, Stretch, SurfacePoint,
-        VertexIndex, measure,
+        Body, Compliance, Grains, KeepSpin, Order, ParticleIndex, Particles, RestShape, Sink,
+        Stretch, SurfacePoint, VertexIndex, measure,
     },
 };
 
@@ -135,4 +135,28 @@ fn a_force_where_nothing_moves_does_nothing() {
     app.world_mut().entity_mut(bodies[0]).insert(load);
     tick(app.world_mut());
     assert_eq!(particles(&app, bodies[0]).positions, before.positions);
+}
+
+/// Points follow their particles when grains disappear, and are gone with them.
+#[test]
+fn a_force_stays_on_its_grain() {
+    let shape = RestShape {
+        vertices: vec![Vec3::ZERO, Vec3::X, Vec3::X * 2.0],
+        radii: vec![0.1; 3],
+        ..RestShape::default()
+    };
+    let mut grains = body("grains", shape, 1000.0);
+    grains.effects.grains = Some(Grains::default());
+    // Around the first grain.
+    grains.effects.sink = Some(Sink::default());
+    let (mut app, bodies, _) = app_of(&world(settings(0.0, 60.0, 4, 1), grains));
+    let load = ExternalForce::at(point(0), Vec3::Y).and_at(point(2), Vec3::Z);
+    app.world_mut().entity_mut(bodies[0]).insert(load);
+    tick(app.world_mut());
+    let left = app
+        .world()
+        .get::<ExternalForce>(bodies[0])
+        .expect("it is left");
+    assert_eq!(left.points, [(point(1), Vec3::Z)]);
+    assert_eq!(particles(&app, bodies[0]).len(), 2);
 }

@@ -85,8 +85,8 @@ impl Response {
             let held = before.torque.as_dvec3();
             // What friction can take if the grain does not rotate.
             let stopping = (friction_before + slip).clamp_length_max(limit) - friction_before;
-            let most = self.rolling * (pushed + depth);
-            let (torque, turn) = resisted(held, turn, normal.cross(stopping), most);
+            let max_torque = self.rolling * (pushed + depth);
+            let (torque, turn) = resisted(held, turn, normal.cross(stopping), max_torque);
             multiplier.torque = torque.as_vec3();
             (spin, turn)
         });

@@ -166,7 +166,8 @@ pub fn elastic_energy<const N: usize, const M: usize>(
 }
 
 /// Energy of all elastic effects of a body [J], with its particles `at` positions in m and inverse
-/// masses in 1/kg.
+/// masses in 1/kg. The segments of a rod are not known here: they are turned as fits the positions
+/// best, which is not how they are turned where the rod has a twist at rest.
 #[must_use]
 pub fn elastic_energies(
     effects: &Effects,

@@ -265,7 +265,6 @@ impl Visit for Assemble<'_> {
                     curvature.along[equation] * h * h + gamma / used
                 });
                 let (force, along) = (lambda - residual, stiffness - taut);
-                let mut slot = 0;
                 for i in 0..N {
                     let g = row.gradients[i];
                     if points[i].w > 0.0 {
@@ -274,21 +273,31 @@ impl Visit for Assemble<'_> {
                         add_outer(diagonal, g, g, along);
                         add_unit(diagonal, taut);
                     }
-                    for j in 0..i {
-                        let block = slots[slot];
-                        slot += 1;
-                        if points[i].w == 0.0 || points[j].w == 0.0 {
-                            continue;
-                        }
-                        let (low, high) = if at[i] > at[j] { (j, i) } else { (i, j) };
-                        let block = &mut self.matrix.lower[block as usize];
-                        add_outer(block, row.gradients[high], row.gradients[low], along);
-                        add_unit(block, -taut);
-                    }
+                }
+                for ([high, low], block) in blocks(&points, at, slots) {
+                    let block = &mut self.matrix.lower[block];
+                    add_outer(block, row.gradients[high], row.gradients[low], along);
+                    add_unit(block, -taut);
                 }
             }
         }
     }
+}
+
+/// The blocks of an element below the diagonal, with the corners of their row and column; none of
+/// pinned particles.
+fn blocks<const N: usize>(
+    points: &[Point; N],
+    at: [usize; N],
+    slots: &[u32],
+) -> impl Iterator<Item = ([usize; 2], usize)> {
+    let pairs = (0..N).flat_map(|i| (0..i).map(move |j| [i, j]));
+    let free = move |[i, j]: [usize; 2]| points[i].w > 0.0 && points[j].w > 0.0;
+    let pairs = pairs.zip(slots).filter(move |(pair, _)| free(*pair));
+    pairs.map(move |([i, j], &block)| {
+        let ordered = if at[i] > at[j] { [i, j] } else { [j, i] };
+        (ordered, block as usize)
+    })
 }
 
 /// Adds second derivatives that the equations of an element do not have, times h².
@@ -299,23 +308,16 @@ fn curve<const N: usize, const M: usize>(
     (at, slots): ([usize; N], &[u32]),
     square: f64,
 ) {
-    let mut slot = 0;
     for i in 0..N {
         if points[i].w > 0.0 {
             add_unit(&mut matrix.diagonal[at[i]], curvature.even[i][i] * square);
         }
-        for j in 0..i {
-            let block = slots[slot];
-            slot += 1;
-            if points[i].w == 0.0 || points[j].w == 0.0 {
-                continue;
-            }
-            let (low, high) = if at[i] > at[j] { (j, i) } else { (i, j) };
-            let block = &mut matrix.lower[block as usize];
-            add_unit(block, curvature.even[high][low] * square);
-            if !cautious {
-                add_cross(block, curvature.odd[high][low] * -square);
-            }
+    }
+    for ([high, low], block) in blocks(points, at, slots) {
+        let block = &mut matrix.lower[block];
+        add_unit(block, curvature.even[high][low] * square);
+        if !cautious {
+            add_cross(block, curvature.odd[high][low] * -square);
         }
     }
 }

@@ -13,9 +13,10 @@ use super::body_effect::{
     BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, WorkOf,
 };
 use crate::{
-    Compliance, Damping, Force, ParticleIndex, Topology, particles::Part, step::scope::WholeBody,
+    Compliance, Damping, Force, ParticleIndex, Topology, kernel::fit::MassFit, particles::Part,
+    step::scope::WholeBody,
 };
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DMat3, DVec3, Vec3, Vec4};
 use patch::{Patch, mean};
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +73,23 @@ impl SurfacePoint {
             .into_iter()
             .zip(self.weights)
             .take(self.count as usize)
+    }
+
+    /// Rotation of its particles from their rest positions [m], as fits them best (Horn 1987). That of
+    /// one or two particles is arbitrary about their line; for one, it is none.
+    ///
+    /// # Panics
+    /// If one of them is missing in `rest` or `positions`.
+    #[must_use]
+    pub fn rotation(&self, rest: &[Vec3], positions: &[Vec4]) -> DMat3 {
+        let particles = self.particles[..self.count as usize]
+            .iter()
+            .map(|particle| {
+                let i = particle.index();
+                let [rest, now] = [rest[i], positions[i].truncate()].map(|x| x.as_dvec3());
+                (rest, now, 1.0)
+            });
+        MassFit::of(particles).rotation
     }
 
     /// Position of the point [m].

@@ -357,7 +357,7 @@ impl<L: Lanes> NoSlip<'_, L> {
             weights: [w0, w1],
             slip,
             held: friction,
-            limits: [most_friction, most_torque],
+            limits: [max_friction, max_torque],
         } = self;
         let zero = f32x8::splat(simd, 0.0);
         let one = f32x8::splat(simd, 1.0);
@@ -381,15 +381,15 @@ impl<L: Lanes> NoSlip<'_, L> {
         let all: Vectors<L> =
             std::array::from_fn(|k| friction[k] + (across[k] * mixed * of_turn - slip[k]) * both);
         let size = dot(&all, &all).sqrt();
-        let over = size.simd_gt(most_friction);
-        let scale = over.select(most_friction / over.select(size, one), one);
+        let over = size.simd_gt(max_friction);
+        let scale = over.select(max_friction / over.select(size, one), one);
         let by: Vectors<L> = std::array::from_fn(|k| all[k] * scale - friction[k]);
         let behind = cross(normal, &by);
         let held = roll.torque.each_ref().map(load);
         let wanted: Vectors<L> =
             std::array::from_fn(|k| held[k] + (behind[k] * mixed - turned[k]) * of_turn);
         let size = dot(&wanted, &wanted).sqrt();
-        let most = most_torque * inverse(k0 + k1);
+        let most = max_torque * inverse(k0 + k1);
         let over = size.simd_gt(most);
         let scale = over.select(most / over.select(size, one), one);
         let mut change = [zero; 3];
