@@ -314,6 +314,15 @@ fn sum<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
     std::array::from_fn(|k| a[k] + b[k])
 }
 
+/// 1/x where x is positive, otherwise 0.
+#[inline(always)]
+fn inverse<L: Lanes>(simd: L, x: f32x8<L>) -> f32x8<L> {
+    let zero = f32x8::splat(simd, 0.0);
+    let one = f32x8::splat(simd, 1.0);
+    let is_some = x.simd_gt(zero);
+    is_some.select(one / is_some.select(x, one), zero)
+}
+
 /// The vectors of eight slots.
 #[inline(always)]
 fn vectors<L: Lanes>(simd: L, column: &[Vec4], slots: &[u32; WIDTH]) -> Vectors<L> {
@@ -362,20 +371,16 @@ impl<L: Lanes> NoSlip<'_, L> {
         let zero = f32x8::splat(simd, 0.0);
         let one = f32x8::splat(simd, 1.0);
         let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
-        let inverse = |x: f32x8<L>| {
-            let is_some = x.simd_gt(zero);
-            is_some.select(one / is_some.select(x, one), zero)
-        };
         let [k0, k1] = roll.curvatures.each_ref().map(load);
         let [a, b] = block.slots.map(|slots| vectors(simd, turns, &slots));
         let rolled = cross(&sum(&a, &b), normal);
         let slip: Vectors<L> = tangential(normal, std::array::from_fn(|k| slip[k] - rolled[k]));
         let turned: Vectors<L> = std::array::from_fn(|k| a[k] * k0 - b[k] * k1);
         let mixed = (*w0 * k0 - *w1 * k1) * LEVER;
-        let of_turn = inverse((*w0 * k0 * k0 + *w1 * k1 * k1) * LEVER);
+        let of_turn = inverse(simd, (*w0 * k0 * k0 + *w1 * k1 * k1) * LEVER);
         let of_slip = (*w0 + *w1) * (1.0 + LEVER);
         // The mixed term takes at most 5/2 (w₁ + w₂) of it.
-        let both = inverse(of_slip - mixed * mixed * of_turn);
+        let both = inverse(simd, of_slip - mixed * mixed * of_turn);
         let across = cross(normal, &turned);
         // What friction can do of it.
         let all: Vectors<L> =
@@ -389,7 +394,7 @@ impl<L: Lanes> NoSlip<'_, L> {
         let wanted: Vectors<L> =
             std::array::from_fn(|k| held[k] + (behind[k] * mixed - turned[k]) * of_turn);
         let size = dot(&wanted, &wanted).sqrt();
-        let most = max_torque * inverse(k0 + k1);
+        let most = max_torque * inverse(simd, k0 + k1);
         let over = size.simd_gt(most);
         let scale = over.select(most / over.select(size, one), one);
         let mut change = [zero; 3];
@@ -399,7 +404,7 @@ impl<L: Lanes> NoSlip<'_, L> {
             roll.torque[k] = torque.into();
         }
         let bent = cross(normal, &change);
-        let of_slip = inverse(of_slip);
+        let of_slip = inverse(simd, of_slip);
         let p = std::array::from_fn(|k| zero - (slip[k] + bent[k] * mixed) * of_slip);
         (p, change)
     }
@@ -579,8 +584,7 @@ impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
             let normal = block.normal.each_ref().map(load);
             let weights = block.weights.each_ref().map(load);
             let weight = weights[0] + weights[1];
-            let moves = weight.simd_gt(zero);
-            let inverse = moves.select(one / moves.select(weight, one), zero);
+            let inverse = inverse(simd, weight);
             let before = load(&block.push);
             let pull = load(&block.touches) * cohesion;
             let along = dot(&normal, &[x, y, z]);
