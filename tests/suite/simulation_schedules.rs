@@ -7,15 +7,19 @@ use crate::{
 };
 use bevy::prelude::*;
 use pliant::{
-    effect::{Effect, EffectRegistry, Grab, Stitches, Stretch},
+    effect::{Effect, EffectRegistry, ExternalForce, ExternalImpulse, Grab, Stitches, Stretch},
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule, state_hash},
     solver::{Effects, ForceKind, ParticleIndex, Particles, SurfacePoint, deform::Random},
 };
 
-/// All effects, in order of registration.
+/// All effects that stay, in order of registration: impulses are removed by the tick that applies
+/// them.
 fn effects(app: &App) -> Vec<&'static str> {
     let registry = app.world().resource::<EffectRegistry>();
-    registry.iter().map(|effect| effect.name).collect()
+    let names = registry.iter().map(|effect| effect.name);
+    names
+        .filter(|name| *name != ExternalImpulse::NAME)
+        .collect()
 }
 
 fn insert(app: &mut App, body: Entity, effect: &str) {
@@ -26,6 +30,9 @@ fn insert(app: &mut App, body: Entity, effect: &str) {
         Some(insert) => insert(&mut body),
         None if effect == Stitches::NAME => {
             body.insert(Stitches::default());
+        }
+        None if effect == ExternalForce::NAME => {
+            body.insert(ExternalForce::default());
         }
         None => {
             let point = SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound");
@@ -59,6 +66,7 @@ fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
 #[track_caller]
 fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let forces = ForceKind::ALL.map(ForceKind::name);
+    let forces = [&forces[..], &[ExternalForce::NAME]].concat();
     let in_iteration = present
         .iter()
         .filter(|name| ![STICKY, PLASTIC].contains(name) && !BETWEEN_TICKS.contains(name))
