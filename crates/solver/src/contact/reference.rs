@@ -127,8 +127,8 @@ fn respond(
         let held = pushed.torque;
         pushed.torque = (held - turn - stopped).clamp_length_max(rolling * pushed.normal / inertia);
         let turn = turn + (pushed.torque - held);
-        let share = (slip - turn.cross(normal)) / (1.0 + 1.0 / inertia);
-        pushed.friction = (before + share).clamp_length_max(limit);
+        let taken = (slip - turn.cross(normal)) / (1.0 + 1.0 / inertia);
+        pushed.friction = (before + taken).clamp_length_max(limit);
         let turn = turn + normal.cross(pushed.friction - before) / inertia;
         *spin = turn / *h;
     } else {

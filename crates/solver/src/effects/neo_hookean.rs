@@ -266,12 +266,8 @@ impl Elastic<4, 2> for NeoHookean {
         let x = points.map(|point| point.x);
         let h = frames.displacement_gradient(index, x);
         let f = DMat3::IDENTITY + h;
-        let inverse = frames.inverse_of(index);
         let by = [1, 2, 3].map(|corner: usize| steps[corner] - steps[0]);
-        let change = DMat3::from_cols_array_2d(&[0, 1, 2].map(|axis: usize| {
-            (by[0] * inverse[0][axis] + by[1] * inverse[1][axis] + by[2] * inverse[2][axis])
-                .to_array()
-        }));
+        let change = frames.gradient(index, by);
         let ([shear, volume], _) = strains(h);
         let first = inner(cofactors(f), change);
         let second = inner(f, cofactors(change));

@@ -54,7 +54,14 @@ impl Frames {
     #[must_use]
     pub fn displacement_gradient(&self, index: usize, [x0, x1, x2, x3]: [DVec3; 4]) -> DMat3 {
         let edges = [x1 - x0, x2 - x0, x3 - x0];
-        let moved = [0, 1, 2].map(|k: usize| edges[k] - vector(&self.edges[k], index));
+        self.gradient(
+            index,
+            [0, 1, 2].map(|k| edges[k] - vector(&self.edges[k], index)),
+        )
+    }
+
+    /// Change of F of one tetrahedron whose edges from its first corner change by `moved` [m].
+    pub(crate) fn gradient(&self, index: usize, moved: [DVec3; 3]) -> DMat3 {
         let inverse = self.inverse_of(index);
         DMat3::from_cols_array_2d(&[0, 1, 2].map(|axis: usize| {
             (moved[0] * inverse[0][axis]

@@ -15,8 +15,8 @@
 //! With a finite rolling resistance µᵣ, grains rotate: balls with I = ⅖mr², whose surfaces slip by
 //! s − (r₁φ₁ + r₂φ₂) × n where they turn by φ in the substep. A torque of at most µᵣλₙr₁r₂/(r₁ + r₂)/h²
 //! holds their relative rotation φ₁ − φ₂ back, so that a grain rolls down slopes steeper than µᵣ. On
-//! the ground and on colliders of simple shapes likewise; on other bodies grains slide without
-//! rotation. Without it, grains do not rotate, which acts like a large resistance. A pass that does not
+//! the ground and on colliders of simple shapes likewise; friction with other bodies acts
+//! without torque. Without a finite resistance, grains do not rotate, which acts like a large resistance. A pass that does not
 //! converge leaves the load of the grains above as overlap: about n·gh² under n layers with one
 //! iteration, and less with more.
 //!
