@@ -77,7 +77,8 @@
 //! | [`Plasticity`](effect::Plasticity) | strain beyond the yield strain becomes permanent | yields and limits, creep 1/s |
 //! | [`Tear`](effect::Tear) | elements that carry too much break | toughness J/m², force N, strain |
 //! | [`Emitter`](effect::Emitter) | grains flow out of an opening | rate 1/s, capacity, lifetime s, speed m/s, spread ° |
-//! | [`Sink`](effect::Sink) | grains in a box disappear | position and size m |
+//! | [`BodyEmitter`](effect::BodyEmitter) | copies of the body leave an opening | rate 1/s, capacity, lifetime s, speed m/s, spread ° |
+//! | [`Sink`](effect::Sink) | grains in a box disappear, and bodies whose center is in it | position and size m |
 //! | [`Stitches`](effect::Stitches) | C = a−b = 0 between points of a body, to colliders and to other bodies [m] | compliance m/N, strength N, per stitch |
 //! | [`Grab`](effect::Grab) | mouse spring, active while dragging | compliance m/N, strength N |
 //! | [`Contact`](effect::Contact) | C = n·(a−b)−d ≥ 0 between surfaces of bodies [m] | thickness m, friction, restitution, compliance m/N |

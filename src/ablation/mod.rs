@@ -22,7 +22,7 @@ use crate::{
         plain::{bodies_in_order, capture},
         tick,
     },
-    solver::{Body, Substeps, Threads, VertexIndex, topology::bounds},
+    solver::{Body, Substeps, Threads, VertexIndex, body::in_both, topology::bounds},
 };
 use bevy::prelude::*;
 use std::ops::ControlFlow;
@@ -324,10 +324,10 @@ fn remove(world: &mut World, effect: &str) {
     }
 }
 
-/// Distance of the particles of the same bodies in two states; `None` if a body diverged.
+/// Distance of the particles of the bodies that are in both states; `None` if a body diverged.
 fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
     let (mut sum, mut max, mut count) = (0.0, 0.0_f64, 0_usize);
-    for (a, b) in one.iter().zip(other) {
+    for (a, b) in in_both(one, other) {
         if a.quarantine.is_some() || b.quarantine.is_some() {
             return None;
         }

@@ -160,10 +160,7 @@ impl RunScene {
         }
         #[cfg(feature = "window")]
         if let Some(path) = &self.screenshot {
-            let built = BuiltScene {
-                world: done.world.clone(),
-                ..built
-            };
+            let built = now(&mut app, &built)?;
             let size = bevy::math::UVec2::new(1280, 800);
             pliant::sandbox::app::picture::picture(&built, built.camera, path, size)?;
         }
@@ -183,6 +180,20 @@ impl RunScene {
             false => ExitCode::from(FAILED),
         })
     }
+}
+
+/// The scene of an app in its current state, for pictures: bodies may have appeared, disappeared and
+/// torn.
+#[cfg(feature = "window")]
+pub(super) fn now(app: &mut bevy::app::App, built: &BuiltScene) -> anyhow::Result<BuiltScene> {
+    let about = About {
+        camera: built.camera,
+        ..About::default()
+    };
+    Ok(BuiltScene {
+        frame: built.frame,
+        ..Snapshot::take(app.world_mut(), about)?.built
+    })
 }
 
 impl RunScene {

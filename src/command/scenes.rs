@@ -61,13 +61,15 @@ impl Scenes {
 /// Renders each scene at the moment that the registry names.
 #[cfg(feature = "window")]
 fn pictures(folder: &Path, only: &[String]) -> anyhow::Result<ExitCode> {
+    use super::run::now;
     use pliant::{
         sandbox::app::picture,
         scene::{
-            BuiltScene, SceneError, registry,
-            run::{RunOptions, run},
+            SceneError, registry,
+            run::{RunOptions, headless, prepare, run_in},
         },
     };
+    use std::ops::ControlFlow;
     if let Some(name) = only.iter().find(|name| registry::find(name).is_none()) {
         return Err(SceneError::Unknown {
             name: name.clone(),
@@ -88,8 +90,10 @@ fn pictures(folder: &Path, only: &[String]) -> anyhow::Result<ExitCode> {
             seconds: Some(builtin.moment),
             ..RunOptions::default()
         };
-        let world = run(&built, &options, |_| ())?.world;
-        let built = BuiltScene { world, ..built };
+        let mut app = headless(&built);
+        prepare(&mut app, &options)?;
+        run_in(&mut app, &options, |_| ControlFlow::Continue(()));
+        let built = now(&mut app, &built)?;
         let path = folder.join(builtin.name).with_extension("png");
         picture::thumbnail(&built, built.camera, &path)?;
         say_line(path.display())?;

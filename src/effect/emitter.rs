@@ -1,11 +1,11 @@
-//! Emitter and sink: grains appear and disappear.
+//! Emitters and sink: grains and bodies appear and disappear.
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::{
     simulation::SoftBody,
     solver::{
-        Angle, Capacity, Coefficient, Emitter, Finite, Fraction, GrainRadius, Length, Lifetime,
-        Seed, Settings, Sink, advance::Stage,
+        Angle, BodyEmitter, Capacity, Coefficient, Emitter, Finite, Fraction, GrainRadius, Length,
+        Lifetime, Seed, Settings, Sink, advance::Stage,
     },
 };
 use bevy::prelude::*;
@@ -69,14 +69,68 @@ impl Effect for Emitter {
     }
 
     fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
-        not_grains(body)
+        let is_unfit = body.get::<SoftBody>()?.radii.is_empty();
+        let reason = "it needs a body of grains, such as the primitive `Grains`; `body_emitter` emits \
+                      copies of any body";
+        is_unfit.then(|| reason.to_owned())
+    }
+}
+
+impl Effect for BodyEmitter {
+    const NAME: &'static str = "body_emitter";
+    const TITLE: &'static str = "Emitter of bodies";
+    const SUMMARY: &'static str = "Copies of the body leave an opening.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        parameter!(
+            rate: Coefficient, "Rate", "1/s",
+            "Copies per second. With contact, a copy that finds no free place waits.",
+            (0.1, 100.0), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            capacity: Capacity, "Capacity", "copies",
+            "Largest number of copies that are present.",
+            (1.0, 1000.0), Scale::Logarithmic
+        ),
+        parameter!(
+            lifetime: Lifetime, "Lifetime", "s",
+            "Time after which a copy disappears. ∞: never.",
+            (0.1, 100.0), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            speed: Coefficient, "Speed", "m/s", "Speed of the copies.",
+            (0.0, 10.0), Scale::Linear
+        ),
+        parameter!(
+            spread: Angle, "Spread", "°",
+            "Largest angle between the direction of a copy and that of the emitter.",
+            (0.0, 180.0), Scale::Linear
+        ),
+        parameter!(
+            opening: Coefficient, "Opening radius", "m",
+            "Radius of the opening, in which the centers of the copies are.",
+            (0.0, 2.0), Scale::Linear
+        ),
+        parameter!(x: Finite, "Position x", "m", "Center of the opening along x.", (-3.0, 3.0), Scale::Linear),
+        parameter!(y: Finite, "Position y", "m", "Center of the opening along y (up).", (-3.0, 3.0), Scale::Linear),
+        parameter!(z: Finite, "Position z", "m", "Center of the opening along z.", (-3.0, 3.0), Scale::Linear),
+        parameter!(toward_x: Finite, "Direction x", "", "Direction along x. Its length does not matter.", (-1.0, 1.0), Scale::Linear),
+        parameter!(toward_y: Finite, "Direction y", "", "Direction along y (up).", (-1.0, 1.0), Scale::Linear),
+        parameter!(toward_z: Finite, "Direction z", "", "Direction along z.", (-1.0, 1.0), Scale::Linear),
+        parameter!(seed: Seed, "Seed", "", "Seed of the random numbers.", (0.0, 100.0), Scale::Linear),
+    ];
+
+    type State = ();
+    const STAGES: &'static [Stage] = &[Stage::Renew];
+
+    fn when_added() -> Option<Self> {
+        Some(Self::default())
     }
 }
 
 impl Effect for Sink {
     const NAME: &'static str = "sink";
     const TITLE: &'static str = "Sink";
-    const SUMMARY: &'static str = "Grains in a box disappear.";
+    const SUMMARY: &'static str = "Grains in a box disappear, and a body whose center is in it.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(x: Finite, "Position x", "m", "Center of the box along x.", (-3.0, 3.0), Scale::Linear),
         parameter!(y: Finite, "Position y", "m", "Center of the box along y (up).", (-3.0, 3.0), Scale::Linear),
@@ -92,13 +146,4 @@ impl Effect for Sink {
     fn when_added() -> Option<Self> {
         Some(Self::default())
     }
-
-    fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
-        not_grains(body)
-    }
-}
-
-fn not_grains(body: &EntityRef) -> Option<String> {
-    let is_unfit = body.get::<SoftBody>()?.radii.is_empty();
-    is_unfit.then(|| "it needs a body of grains, such as the primitive `Grains`".to_owned())
 }

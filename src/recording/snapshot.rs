@@ -60,8 +60,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 13 stores the rest shape of rods and the rotation of grains.
-const VERSION: u32 = 13;
+/// Other versions are not read. Version 14 stores from which emitter a body comes.
+const VERSION: u32 = 14;
 const HEAD: usize = 28;
 
 impl Snapshot {

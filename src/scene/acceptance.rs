@@ -3,7 +3,7 @@
 use super::SceneError;
 use crate::{
     simulation::Statistics,
-    solver::{Body, World, measure, topology::bounds},
+    solver::{Body, World, body::in_both, measure, topology::bounds},
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -62,6 +62,8 @@ pub enum Check {
     Splits(usize, usize),
     /// The number of particles is in this range.
     Particles(usize, usize),
+    /// The number of bodies is in this range; within [`Of`](Self::Of), of those whose names begin so.
+    Bodies(usize, usize),
     /// No particle is closer than this to a point [m].
     AwayFrom(Vec3, f32),
     /// Total energy never rises above its initial value by more than this fraction of the largest
@@ -96,13 +98,15 @@ impl Acceptance {
     #[must_use]
     pub fn judge(&self, start: &World, end: &World, history: &[Statistics]) -> Vec<String> {
         let mut reasons = Vec::new();
-        for (first, last) in start.bodies.iter().zip(&end.bodies) {
-            if let Some(quarantine) = &last.quarantine {
+        for body in &end.bodies {
+            if let Some(quarantine) = &body.quarantine {
                 reasons.push(format!(
                     "{}: diverged with a non-finite state of vertex {} after {}",
-                    last.name, quarantine.vertex, quarantine.stage
+                    body.name, quarantine.vertex, quarantine.stage
                 ));
             }
+        }
+        for (first, last) in in_both(&start.bodies, &end.bodies) {
             let moved = first.pins.iter().filter(|&&pin| {
                 let at = |body: &Body| body.particles.positions[body.topology.particle(pin)];
                 at(first).truncate() != at(last).truncate()
@@ -124,10 +128,17 @@ impl Acceptance {
         for check in &self.checks {
             match check {
                 Check::Of(name, checks) => {
-                    for body in end.bodies.iter().filter(|body| body.name.starts_with(name)) {
+                    let own = end.bodies.iter();
+                    let own = own.filter(|body| body.name.starts_with(name));
+                    let counts = checks
+                        .iter()
+                        .filter_map(|it| it.counts(own.clone().count()));
+                    reasons.extend(counts.map(|reason| format!("{name}: {reason}")));
+                    for body in own {
                         reasons.extend(checks.iter().filter_map(|check| check.fails(body)));
                     }
                 }
+                Check::Bodies(..) => reasons.extend(check.counts(end.bodies.len())),
                 Check::EnergyBounded(fraction) => reasons.extend(energy_rises(history, *fraction)),
                 _ => reasons.extend(end.bodies.iter().filter_map(|body| check.fails(body))),
             }
@@ -151,12 +162,22 @@ fn energy_rises(history: &[Statistics], fraction: f64) -> Option<String> {
 }
 
 impl Check {
+    /// The violation by the number of bodies, in a sentence; `None` if the criterion holds.
+    fn counts(&self, found: usize) -> Option<String> {
+        match *self {
+            Self::Bodies(least, most) if !(least..=most).contains(&found) => Some(format!(
+                "the number of bodies is {found}, expected {least} to {most}"
+            )),
+            _ => None,
+        }
+    }
+
     /// The violation by a body, in a sentence; `None` if the criterion holds.
     fn fails(&self, body: &Body) -> Option<String> {
         let (topology, positions) = (&body.topology, &body.particles.positions);
         let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
         let (holds, found) = match *self {
-            Self::Of(..) | Self::EnergyBounded(_) => return None,
+            Self::Of(..) | Self::Bodies(..) | Self::EnergyBounded(_) => return None,
             Self::Volume(limit) => {
                 let error = measure::volume_error(topology, positions);
                 (

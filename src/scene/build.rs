@@ -559,7 +559,6 @@ fn check_effects(spec: &BodySpec, topology: &Topology) -> Result<(), String> {
     let of_grains = [
         (effects.grains.is_some(), "grains"),
         (effects.emitter.is_some(), "emitter"),
-        (effects.sink.is_some(), "sink"),
     ];
     if let Some((_, name)) = of_grains
         .iter()

@@ -51,4 +51,4 @@ pub use file::{
 };
 pub use material::Material;
 pub use parameters::BodyParameters;
-pub use spawn::{CurrentScene, Look, despawn, spawn};
+pub use spawn::{CurrentScene, Look, copy_look, despawn, spawn};

@@ -97,6 +97,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "bowl" Contact 2.0,
     "heap" Contact 3.0,
     "stairs" Contact 1.0,
+    "dispenser" Contact 5.0,
     "all_together" Contact 1.2,
     "crates" Contact 0.6,
     "jelly_stack" Contact 1.0,

@@ -4,7 +4,7 @@
 use super::{
     BuiltScene, Scene,
     overrides::{Override, OverrideError},
-    spawn::spawn,
+    spawn::{copy_look, spawn},
 };
 use crate::{
     SoftBodyPlugins,
@@ -138,6 +138,7 @@ impl Scene {
 pub fn headless(built: &BuiltScene) -> App {
     let mut app = App::new();
     app.add_plugins(SoftBodyPlugins::default());
+    app.add_observer(copy_look);
     app.finish();
     app.cleanup();
     spawn(built, app.world_mut());

@@ -1,7 +1,7 @@
 //! Spawns a built scene.
 
 use super::{BuiltScene, Scene};
-use crate::simulation::{BodySkin, SceneEntity, plain};
+use crate::simulation::{BodyEmitted, BodySkin, SceneEntity, plain};
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc};
 
@@ -81,6 +81,13 @@ pub fn spawn(built: &BuiltScene, world: &mut World) -> Vec<Entity> {
         world.entity_mut(collider).insert((SceneEntity, *look));
     }
     bodies
+}
+
+/// Gives the copies that leave an emitter the look of their source: an observer.
+pub fn copy_look(emitted: On<BodyEmitted>, looks: Query<&Look>, mut commands: Commands) {
+    if let Ok(look) = looks.get(emitted.source) {
+        commands.entity(emitted.body).insert(*look);
+    }
 }
 
 /// Despawns all entities of the scene.

@@ -203,6 +203,24 @@ pub(super) fn forget_body(
     }
 }
 
+/// Tells copies of a removed body that it is gone, and those of later ones their number.
+pub(super) fn forget_source(
+    removed: On<Remove, SoftBody>,
+    bodies: Query<&SpawnOrder, With<SoftBody>>,
+    mut copies: Query<&mut Particles, With<SoftBody>>,
+) {
+    let Ok(order) = bodies.get(removed.entity) else {
+        return;
+    };
+    if copies.iter().all(|it| it.emission.source().is_none()) {
+        return;
+    }
+    let number = bodies.iter().filter(|other| *other < order).count() as u32;
+    for mut copy in &mut copies {
+        copy.bypass_change_detection().emission.forget_body(number);
+    }
+}
+
 /// Wakes the bodies to which removed stitches led.
 pub(super) fn release_joined(
     removed: On<Remove, solver::Stitches>,

@@ -11,6 +11,7 @@ mod body;
 mod builder;
 pub(crate) mod carried;
 mod clock;
+mod emission;
 mod jobs;
 mod ledger;
 mod moment;
@@ -34,6 +35,7 @@ pub use body::{
 };
 pub use builder::SoftBodyBuilder;
 pub use clock::{SimulationClock, SubstepTime, Tick};
+pub use emission::BodyEmitted;
 pub use jobs::{BodyContact, BodyContacts};
 pub use ledger::{Energies, EnergyLedger};
 pub use moment::Moment;
@@ -121,6 +123,7 @@ impl Plugin for SimulationPlugin {
             .add_message::<BodyQuarantined>()
             .add_message::<crate::effect::EffectUnfit>()
             .add_message::<BodyTorn>()
+            .add_message::<BodyEmitted>()
             .add_message::<ContactStarted>()
             .add_message::<ContactEnded>()
             .add_message::<Applied>()
@@ -130,6 +133,7 @@ impl Plugin for SimulationPlugin {
             .add_observer(crate::effect::body_removed)
             .add_observer(body::complete_collider)
             .add_observer(body::forget_body)
+            .add_observer(body::forget_source)
             .add_observer(body::release_joined)
             .add_observer(body::forget_collider);
         schedule::configure(app, self.schedule);
@@ -160,6 +164,7 @@ impl Plugin for SimulationPlugin {
                 (
                     tear::tear,
                     renew::renew,
+                    emission::emit.run_if(emission::changes_bodies),
                     step::settle_grabs,
                     step::fall_asleep,
                     touch::report,

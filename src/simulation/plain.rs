@@ -173,7 +173,8 @@ pub fn spawn_body(world: &mut World, body: &Body) -> Entity {
     entity.id()
 }
 
-fn insert(entity: &mut EntityWorldMut, component: Option<impl Component>) {
+/// Inserts a component, if there is one.
+pub(super) fn insert(entity: &mut EntityWorldMut, component: Option<impl Component>) {
     if let Some(component) = component {
         entity.insert(component);
     }

@@ -5,13 +5,13 @@ use glam::{UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Attract, Axis, Bend, Body, BreakingStrain, Coefficient, Collide, Compliance, Contact,
-        Creep, Damping, Direct, Drag, Effects, Emitter, Finite, FlexuralRigidity, Frequency,
-        Friction, Grab, GrainRolling, Grains, Ground, IsometricBend, Membrane, MembraneCompliance,
-        NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape, Rod, SectionStiffness,
-        SelfContact, ShapeMatching, Sink, Slack, StickyGround, Stiffness, Strain, StrainLimit,
-        Stream, Stretch, Struts, SurfacePoint, Tear, Tethers, Thickness, Turbulence, Uniform,
-        Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
+        Attract, Axis, Bend, Body, BodyEmitter, BreakingStrain, Coefficient, Collide, Compliance,
+        Contact, Creep, Damping, Direct, Drag, Effects, Emitter, Finite, FlexuralRigidity,
+        Frequency, Friction, Grab, GrainRolling, Grains, Ground, IsometricBend, Membrane,
+        MembraneCompliance, NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape, Rod,
+        SectionStiffness, SelfContact, ShapeMatching, Sink, Slack, StickyGround, Stiffness, Strain,
+        StrainLimit, Stream, Stretch, Struts, SurfacePoint, Tear, Tethers, Thickness, Turbulence,
+        Uniform, Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
     },
 };
 
@@ -84,6 +84,7 @@ samples! {
     Plasticity on Solid { stretch_yield: of::<Yield>(0.02), creep: of::<Creep>(5.0) }
     Tear on Solid { strain: of::<BreakingStrain>(10.0) }
     Emitter on Grains { rate: of::<Coefficient>(0.0) }
+    BodyEmitter on Solid { rate: of::<Coefficient>(0.0) }
     Sink on Grains { y: of::<Finite>(-1000.0) }
 }
 

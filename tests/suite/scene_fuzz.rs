@@ -57,7 +57,7 @@ const EVERYTHING: &str = r##"Scene(
     ],
     camera: (eye: (2, 2, 3), target: (0, 0, 0)),
     acceptance: (seconds: 3, checks: [NoInverted, Volume(0.05), SpeedBelow(1), Above(-1), Asleep,
-        Middle(place: (0, 0, 0), within: 9), Height(0, 1), EdgeStrain(0.1), Splits(0, 9), Particles(1, 9999), AwayFrom((0, 0, 0), 0.1),
+        Middle(place: (0, 0, 0), within: 9), Height(0, 1), EdgeStrain(0.1), Splits(0, 9), Particles(1, 9999), Bodies(1, 99), AwayFrom((0, 0, 0), 0.1),
         EnergyBounded(0.01), ShapeLost(0.1), Of("box", [Shape(0.05), ReachesBelow(1)])]),
 )"##;
 

@@ -54,7 +54,7 @@ const PLASTIC: &str = "plasticity";
 /// The effect with two systems.
 const STITCHES: &str = "stitches";
 /// They act between ticks, in systems that are always there.
-const BETWEEN_TICKS: [&str; 3] = ["tear", "emitter", "sink"];
+const BETWEEN_TICKS: [&str; 4] = ["tear", "emitter", "body_emitter", "sink"];
 
 /// Expected systems of a tick besides its own: each effect wakes sleeping bodies when it changes.
 fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {

@@ -36,7 +36,7 @@ pub use diagnostics::{effective, field, ledger, measure, memory, modes, resoluti
 pub use effects::{elastic, force};
 pub use kernel::lanes;
 pub use step::{
-    advance, body, history, masses, method, renew, repair, rest, rolling, spin, stages,
+    advance, body, emission, history, masses, method, renew, repair, rest, rolling, spin, stages,
 };
 pub use topology::{coloring, numbering, order, partitions};
 

@@ -347,8 +347,8 @@ quantity!(
     GrainRadius(f32), "radius", default 0.015, "between 1e-6 and 1e3 m", |v| 1e-6 <= v && v <= 1e3
 );
 quantity!(
-    /// Largest number of grains of a body.
-    Capacity(u32), "capacity", default 1000, "a whole number between 1 and 1000000 grains",
+    /// Largest number of grains of a body, or of copies of a body.
+    Capacity(u32), "capacity", default 1000, "a whole number between 1 and 1000000",
     |v| 1 <= v && v <= 1_000_000
 );
 quantity!(
@@ -475,7 +475,7 @@ from_whole!(
     Order, "order", "1 or 2";
     KeepSpin, "keep_spin", "0 or 1";
     PieceSize, "smallest_piece", "a whole number between 1 and 1000 elements";
-    Capacity, "capacity", "a whole number between 1 and 1000000 grains";
+    Capacity, "capacity", "a whole number between 1 and 1000000";
     Seed, "seed", "a whole number between 0 and 1000000"
 );
 

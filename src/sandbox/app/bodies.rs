@@ -90,6 +90,11 @@ fn copy_of(body: Body, name: String, offset: Vec3) -> Body {
         ..body
     };
     copy.effects.grab = None;
+    // One that an emitter did not make is not removed by it.
+    let emission = &mut copy.particles.emission;
+    if let Some(source) = emission.source() {
+        emission.forget_body(source);
+    }
     copy.translate(offset);
     copy
 }

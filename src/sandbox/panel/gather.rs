@@ -15,8 +15,8 @@ use super::{
 };
 use crate::{
     effect::{
-        Contact, Effect, EffectInfo, EffectRegistry, Emitter, ParameterInfo, Pressure, Scale,
-        SelfContact, Tear,
+        BodyEmitter, Contact, Effect, EffectInfo, EffectRegistry, Emitter, ParameterInfo, Pressure,
+        Scale, SelfContact, Tear,
     },
     sandbox::{
         lab::{plots::Plots, quarantine, throughput::Throughput},
@@ -335,8 +335,12 @@ fn overpressure(world: &World, effect: &str, shown: &[Entity]) -> Option<(f64, f
 fn done(world: &World, effect: &str, shown: &[Entity]) -> Option<Done> {
     let bodies = shown.iter().map(|body| world.entity(*body));
     match effect {
-        Emitter::NAME => {
-            let own = bodies.filter(EntityRef::contains::<Emitter>);
+        Emitter::NAME | BodyEmitter::NAME => {
+            let emits = |body: &EntityRef| match effect {
+                Emitter::NAME => body.contains::<Emitter>(),
+                _ => body.contains::<BodyEmitter>(),
+            };
+            let own = bodies.filter(emits);
             let each = own.filter_map(|body| {
                 let emission = &body.get::<Particles>()?.emission;
                 Some((emission.emitted(), emission.waiting()))

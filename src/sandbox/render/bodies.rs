@@ -9,7 +9,7 @@ use crate::sandbox::{
 };
 use crate::{
     render::{Drawn, MeshSystems, SoftBodyMeshPlugin},
-    scene::Look,
+    scene::{Look, copy_look},
     simulation::{SoftBody, SoftBodySystems},
     solver::topology::Dimension,
 };
@@ -28,6 +28,7 @@ impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(SoftBodyMeshPlugin)
             .init_resource::<Hovered>()
+            .add_observer(copy_look)
             .add_systems(Update, (highlight, recolor))
             .add_systems(
                 PostUpdate,

@@ -3,7 +3,8 @@
 use super::overlay::{LINE, OverlaySystems, Screen, painter};
 use crate::{
     sandbox::{render::camera::OrbitCamera, state::look::HiddenBody},
-    solver::{Emitter, Finite, Sink},
+    simulation::SoftBody,
+    solver::{BodyEmitter, Emitter, Finite, Sink},
 };
 use bevy::prelude::*;
 use bevy_egui::{
@@ -32,7 +33,10 @@ impl Plugin for OpeningsPlugin {
 fn paint(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
-    emitters: Query<&Emitter, Without<HiddenBody>>,
+    emitters: Query<
+        (Option<&Emitter>, Option<&BodyEmitter>),
+        (With<SoftBody>, Without<HiddenBody>),
+    >,
     sinks: Query<&Sink, Without<HiddenBody>>,
 ) -> Result {
     let painter = painter(contexts.ctx_mut()?);
@@ -44,7 +48,12 @@ fn paint(
             painter.line_segment([from, to], Stroke::new(1.5, color));
         }
     };
-    for emitter in &emitters {
+    let of_bodies = |emitter: &BodyEmitter| Emitter::from(*emitter);
+    let emitters = emitters.iter().flat_map(|(of_grains, other)| {
+        let all = [of_grains.copied(), other.map(of_bodies)];
+        all.into_iter().flatten()
+    });
+    for emitter in emitters {
         let center = Finite::vector([emitter.x, emitter.y, emitter.z]).as_vec3();
         let axis = emitter.axis().as_vec3();
         let radius = emitter.opening.get().max(SMALLEST);

@@ -86,19 +86,31 @@ impl Default for Emitter {
     }
 }
 
-/// State of an [`Emitter`] on a body.
+/// State of an [`Emitter`] or a [`BodyEmitter`](crate::BodyEmitter) on a body, and where a copy comes
+/// from.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Emission {
     /// Ticks since the effect was added.
     ticks: u64,
-    /// Grains that were due.
+    /// Grains or copies that were due.
     due: u64,
-    /// Grains that were emitted.
+    /// Grains or copies that were emitted.
     emitted: u64,
-    /// Part of the next grain that is due, as a multiple of 1/f in fixed point.
+    /// Part of the next one that is due, as a multiple of 1/f in fixed point.
     phase: u64,
     /// Age of each particle [ticks].
     ages: Vec<u32>,
+    /// Emitter of bodies that the body comes from.
+    pub(crate) origin: Option<Origin>,
+}
+
+/// Where a copy of a body comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Origin {
+    /// Number of the body with the emitter, from 0, in the order of spawning.
+    pub source: u32,
+    /// Age of the copy [ticks].
+    pub age: u32,
 }
 
 /// Places that are tried for a grain in a tick.
@@ -111,13 +123,28 @@ const UNIT: f64 = 1.0 / 1_048_576.0;
 const MIN_RADIUS: f64 = 0.1;
 
 impl Emission {
-    /// Number of grains that were emitted.
+    /// Number of grains or copies that were emitted.
     #[must_use]
     pub const fn emitted(&self) -> u64 {
         self.emitted
     }
 
-    /// Number of grains that are due and wait for a place.
+    /// Number of the body that this one is a copy of, from 0, in the order of spawning; `None` if it
+    /// was not emitted, or that one was removed.
+    #[must_use]
+    pub fn source(&self) -> Option<u32> {
+        self.origin.map(|origin| origin.source)
+    }
+
+    /// Forgets a body that was removed, by its number, and renumbers later ones.
+    pub fn forget_body(&mut self, number: u32) {
+        self.origin = self.origin.filter(|origin| origin.source != number);
+        if let Some(origin) = &mut self.origin {
+            origin.source -= u32::from(origin.source > number);
+        }
+    }
+
+    /// Number of grains or copies that are due and wait for a place.
     #[must_use]
     pub const fn waiting(&self) -> u64 {
         self.due - self.emitted
@@ -151,9 +178,13 @@ impl Renewing<'_> {
             .filter(|&particle| lives[particle as usize])
             .collect();
         let births = self.emitter.map_or_else(Vec::new, |emitter| {
-            let present = kept.iter().map(|&i| i as usize);
-            let present = present.map(|i| (at(i), f64::from(radii[i])));
-            emitter.births(emission, present, settings)
+            let mut space = None;
+            emitter.births(emission, kept.len(), settings, |birth| {
+                let present = kept.iter().map(|&i| i as usize);
+                let present = present.map(|i| (at(i), f64::from(radii[i])));
+                let space = space.get_or_insert_with(|| Space::of(emitter, present, settings));
+                space.take(birth)
+            })
         });
         if kept.is_empty() && births.is_empty() {
             // A body has at least one particle.
@@ -175,7 +206,6 @@ impl Renewing<'_> {
         at: &impl Fn(usize) -> DVec3,
         settings: &Settings,
     ) -> Vec<bool> {
-        emission.ticks += 1;
         emission.ages.resize(grains, 0);
         let lifetime = self
             .emitter
@@ -205,14 +235,16 @@ impl Emitter {
         self.lifetime.get() < f32::INFINITY || (has_room && self.rate.get() > 0.0)
     }
 
-    /// The grains that are emitted in a tick, beside those that are `present`, with their positions
-    /// and radii [m].
-    fn births(
+    /// What is emitted in a tick, beside a number of those that are `present`. `take` takes the place of
+    /// one, unless it is not free.
+    pub(crate) fn births(
         &self,
         emission: &mut Emission,
-        present: impl ExactSizeIterator<Item = (DVec3, f64)>,
+        present: usize,
         settings: &Settings,
+        mut take: impl FnMut(&Birth) -> bool,
     ) -> Vec<Birth> {
+        emission.ticks += 1;
         let waiting = emission.waiting();
         let before = emission.phase;
         let [rate, ticks] =
@@ -220,11 +252,7 @@ impl Emitter {
         emission.phase += rate;
         emission.due += emission.phase / ticks;
         emission.phase %= ticks;
-        let room = (self.capacity.get() as usize).saturating_sub(present.len());
-        if room == 0 || emission.waiting() == 0 {
-            return Vec::new();
-        }
-        let mut space = Space::of(self, present, settings);
+        let room = (self.capacity.get() as usize).saturating_sub(present);
         let mut births = Vec::new();
         while births.len() < room && emission.waiting() > 0 {
             // Fraction of the tick that was left when the grain was due; `None` if it waited.
@@ -237,11 +265,10 @@ impl Emitter {
             let tick = left.map_or(emission.ticks, |_| 0);
             let birth = (1..=TRIES)
                 .map(|attempt| self.birth([number, attempt, tick], left, settings))
-                .find(|birth| space.is_free(birth));
+                .find(&mut take);
             let Some(birth) = birth else {
                 break;
             };
-            space.add(birth.position, birth.radius.into());
             births.push(birth);
             emission.emitted += 1;
         }
@@ -324,6 +351,15 @@ impl Space {
     fn add(&mut self, place: DVec3, radius: f64) {
         let cell = self.cell(place);
         self.grains.entry(cell).or_default().push((place, radius));
+    }
+
+    /// Takes the place of a grain, unless it touches another.
+    fn take(&mut self, birth: &Birth) -> bool {
+        let is_free = self.is_free(birth);
+        if is_free {
+            self.add(birth.position, birth.radius.into());
+        }
+        is_free
     }
 
     /// Whether a grain touches no other.

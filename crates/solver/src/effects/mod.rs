@@ -5,6 +5,7 @@
 
 pub mod bend;
 pub(crate) mod body_effect;
+pub mod body_emitter;
 pub mod body_kinds;
 pub mod elastic;
 pub mod emitter;
@@ -36,6 +37,7 @@ pub mod weave;
 pub mod all {
     pub use super::{
         bend::Bend,
+        body_emitter::BodyEmitter,
         emitter::{Emission, Emitter},
         grab::{Glide, Grab, GrabState, Hold, SurfacePoint},
         grains::{Grains, GrainsState},
@@ -133,7 +135,8 @@ macro_rules! effects {
                     Plasticity plasticity "Strain beyond the yield strain becomes permanent.";
                     Tear tear "Elements that carry too much break.";
                     Emitter emitter "Grains flow out of an opening.";
-                    Sink sink "Grains in a box disappear.";
+                    BodyEmitter body_emitter "Copies of the body leave an opening.";
+                    Sink sink "Grains in a box disappear, and bodies whose center is in it.";
                 }
             }
         }

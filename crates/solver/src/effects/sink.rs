@@ -1,4 +1,4 @@
-//! Sink: grains in a box disappear.
+//! Sink: grains in a box disappear, and whole bodies of other kinds.
 
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -6,7 +6,9 @@ use crate::{Finite, Length};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// Box in which grains disappear at the end of a tick. The last grain of a body stays.
+/// Box in which grains disappear at the end of a tick; the last grain of a body stays. A body of
+/// another kind disappears as a whole when its center, the mean of its particles, is in the box, unless
+/// it has an emitter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -15,6 +15,7 @@
 //! forms.
 
 mod elastic;
+mod emission;
 mod motion;
 mod renew;
 mod tear;
@@ -192,6 +193,7 @@ impl World {
         {
             grab.end_tick(None, self.settings.tick_seconds() as f32);
         }
+        self.emit();
         self.time += self.settings.tick_seconds();
     }
 }

@@ -320,3 +320,17 @@ pub fn restore_at_rest(particles: &mut Particles, finite: &[Vec4]) {
     particles.positions.extend_from_slice(finite);
     particles.settle();
 }
+
+/// The bodies that are in two states of a scene, by their names, in order. Emitters and sinks add and
+/// remove bodies.
+#[must_use]
+pub fn in_both<'a>(one: &'a [Body], other: &'a [Body]) -> Vec<(&'a Body, &'a Body)> {
+    let mut later = other;
+    let pairs = one.iter().filter_map(|body| {
+        let place = later.iter().position(|it| it.name == body.name)?;
+        let found = &later[place];
+        later = &later[place + 1..];
+        Some((body, found))
+    });
+    pairs.collect()
+}

@@ -2,6 +2,7 @@
 
 pub mod advance;
 pub mod body;
+pub mod emission;
 pub mod executor;
 pub mod history;
 pub mod joints;

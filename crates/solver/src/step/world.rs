@@ -3,6 +3,7 @@
 
 use super::{
     body::{CONTACT, JOINTS, restore_at_rest},
+    emission::{self, Template},
     joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
 };
@@ -128,8 +129,37 @@ impl World {
             );
             contacts.clear();
         }
+        self.emit();
         self.time += seconds;
         self.tick += 1;
+    }
+
+    /// Adds the copies that leave an emitter at the end of a tick, and removes what disappears.
+    fn emit(&mut self) {
+        if !self.bodies.iter().any(|it| it.effects.changes_bodies()) {
+            return;
+        }
+        for number in emission::gone(&mut self.bodies, &self.settings)
+            .into_iter()
+            .rev()
+        {
+            self.remove(number as usize);
+        }
+        for number in 0..self.bodies.len() {
+            let births = emission::births(&mut self.bodies, number, &self.settings);
+            let source = &self.bodies[number];
+            let template = Template {
+                name: &source.name,
+                topology: &source.topology,
+                density: source.density,
+                added_mass: &source.added_mass,
+                stitches: &source.stitches,
+                effects: source.effects,
+            };
+            let emitted = source.particles.emission.emitted();
+            let copies: Vec<_> = template.copies((number as u32, emitted), &births).collect();
+            self.bodies.extend(copies);
+        }
     }
 
     /// Removes a body. Stitches of others to it break, and these wake.
@@ -150,6 +180,7 @@ impl World {
             }
         }
         for body in &mut self.bodies {
+            body.particles.emission.forget_body(number as u32);
             if body.stitches.forget_body(number as u32) {
                 body.wake();
             }
