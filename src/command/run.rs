@@ -287,8 +287,7 @@ fn warnings_text(run: &Run) -> String {
 
 /// The energy ledger as text.
 fn ledger_text(ledger: &EnergyLedger) -> String {
-    let other = [("other", ledger.other)];
-    let rows = ledger.solver.rows().into_iter().chain(other);
+    let rows = ledger.rows().into_iter();
     let rows: Vec<_> = rows
         .map(|(name, energy)| format!("{name} {energy:+.6}"))
         .collect();

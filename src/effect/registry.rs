@@ -181,8 +181,10 @@ pub struct EffectInfo {
     pub matters: fn(&str, &EntityRef) -> bool,
     /// Whether the systems of the effect are in the schedules.
     pub runs: bool,
-    /// Number of its stages in the solver's plan.
-    planned: usize,
+    /// Whether it is of the crate, with stages in the solver's plan.
+    is_planned: bool,
+    /// Number of its stages that are systems of a substep.
+    in_substep: usize,
     has_own_order: bool,
     add_systems: fn(&mut Schedules),
     is_carried: fn(&mut World) -> bool,
@@ -238,7 +240,11 @@ impl EffectInfo {
                     .and_then(|effect| effect.note(body, settings))
             },
             runs: false,
-            planned: E::STAGES.len(),
+            is_planned: !E::STAGES.is_empty(),
+            in_substep: E::STAGES
+                .iter()
+                .filter(|stage| plan::is_in_substep(**stage))
+                .count(),
             has_own_order: E::HAS_OWN_ORDER,
             add_systems: |schedules| {
                 for stage in E::STAGES {
@@ -314,10 +320,10 @@ impl EffectRegistry {
         self.effects.iter().find(|effect| effect.name == name)
     }
 
-    /// Number of built-in effects that some body carries.
+    /// Number of systems in a substep of the built-in effects that some body carries.
     pub(crate) fn planned(&self) -> usize {
         let effects = self.effects.iter();
-        effects.filter(|it| it.runs).map(|it| it.planned).sum()
+        effects.filter(|it| it.runs).map(|it| it.in_substep).sum()
     }
 
     /// Names of all effects, for messages.
@@ -355,7 +361,7 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
         let is_planned = !E::STAGES.is_empty();
         let mut others = registry.effects.iter().rev();
         let before = others
-            .find(|other| (other.planned > 0) == is_planned && !other.has_own_order)
+            .find(|other| other.is_planned == is_planned && !other.has_own_order)
             .filter(|_| !E::HAS_OWN_ORDER);
         let before = before.map(|effect| effect.name);
         registry.effects.push(EffectInfo::of::<E>());

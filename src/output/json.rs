@@ -64,10 +64,9 @@ pub fn run(scene: &str, run: &Run) -> Value {
 fn ledger_json(ledger: &EnergyLedger) -> Value {
     let mut rows = json!({
         "change": ledger.change(),
-        "other": ledger.other,
         "unaccounted": ledger.gap(),
     });
-    for (name, energy) in ledger.solver.rows() {
+    for (name, energy) in ledger.rows() {
         rows[name] = energy.into();
     }
     rows

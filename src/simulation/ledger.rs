@@ -61,6 +61,9 @@ pub struct EnergyLedger {
     pub now: Energies,
     /// Changes by the solver since the start [J].
     pub solver: solver::Ledger,
+    /// Changes by tearing [J]: the energy of edges that were doubled along cracks, less that of folds and
+    /// joints that broke. It includes other changes between the same two ticks.
+    pub torn: f64,
     /// Changes from other sources [J]: edits, added and removed bodies, falling asleep, quarantine,
     /// and whole ticks with effects that are not built in.
     pub other: f64,
@@ -68,6 +71,8 @@ pub struct EnergyLedger {
     pub ticks: u64,
     /// Number of the next tick that it covers.
     next: u64,
+    /// Whether a body was torn since the last tick.
+    has_torn: bool,
     tick: Option<Tick>,
 }
 
@@ -97,11 +102,24 @@ impl EnergyLedger {
         self.now.sum() - self.start.sum()
     }
 
+    /// Changes since the start, with their names [J].
+    #[must_use]
+    pub fn rows(&self) -> Vec<(&'static str, f64)> {
+        let mut rows = self.solver.rows().to_vec();
+        rows.extend([("torn", self.torn), ("other", self.other)]);
+        rows
+    }
+
+    /// A body was torn at the end of a tick.
+    pub(super) fn tears(&mut self) {
+        self.has_torn = true;
+    }
+
     /// Change that the rows do not account for [J]: only rounding of the sums, unless a parameter
     /// was changed in the middle of a tick that was spread over frames.
     #[must_use]
     pub fn gap(&self) -> f64 {
-        self.change() - self.solver.sum() - self.other
+        self.change() - self.rows().iter().map(|(_, energy)| energy).sum::<f64>()
     }
 
     pub(super) fn begin_tick(world: &mut World, settings: &Settings, number: u64) {
@@ -115,8 +133,13 @@ impl EnergyLedger {
                 ..Self::kept(true)
             };
         } else {
-            ledger.other += before - ledger.now.sum();
+            let change = before - ledger.now.sum();
+            match ledger.has_torn {
+                true => ledger.torn += change,
+                false => ledger.other += change,
+            }
         }
+        ledger.has_torn = false;
         ledger.next = number + 1;
         ledger.tick = Some(Tick {
             before,

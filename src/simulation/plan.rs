@@ -69,6 +69,11 @@ fn after_presolve<M>(
     system.in_set(SolverSystems::Presolve).after(presolve)
 }
 
+/// Whether a stage is a system of the schedules of a substep, and not of the end of a tick.
+pub(crate) fn is_in_substep(stage: Stage) -> bool {
+    !matches!(stage, Stage::Tear | Stage::Renew)
+}
+
 /// Adds the system for the stage of an effect, at its position in the schedules.
 pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: Stage) {
     let system = move |mut bodies: Bodies| bodies.stage(stage).for_each(drop);

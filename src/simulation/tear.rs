@@ -1,7 +1,8 @@
 //! Tearing and cutting of bodies between ticks.
 
 use super::{
-    Active, AddedMass, Asleep, BodyDensity, BodySkin, Pins, RestTimer, SoftBody, TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodySkin, EnergyLedger, Pins, RestTimer, SoftBody,
+    TickStart,
     action::ActionError,
     body::{KnownMesh, follow_joints},
     step::UnderWay,
@@ -122,6 +123,7 @@ pub(super) fn tear(
     mut bodies: Query<(Tearable, &Tear, super::carried::Carried), Active>,
     under_way: Res<UnderWay>,
     mut torn: MessageWriter<BodyTorn>,
+    mut ledger: ResMut<EnergyLedger>,
     mut commands: Commands,
 ) {
     for (mut body, _, carried) in &mut bodies {
@@ -133,6 +135,7 @@ pub(super) fn tear(
                 body: body.entity,
                 splits: followed.splits,
             });
+            ledger.tears();
             let entity = body.entity;
             commands.queue(move |world: &mut World| followed.finish(world, entity));
         }
@@ -162,6 +165,7 @@ pub(super) fn cut(world: &mut World, body: Entity, cut: &Cut) -> Result<(), Acti
     if let Some(followed) = followed {
         let splits = followed.splits;
         world.write_message(BodyTorn { body, splits });
+        world.resource_mut::<EnergyLedger>().tears();
         followed.finish(world, body);
         let mut entity = world.entity_mut(body);
         entity.remove::<Asleep>().insert(RestTimer::default());

@@ -106,10 +106,8 @@ pub(super) fn model(world: &World) -> Option<EnergyModel> {
     }
     let held = held(world, ledger);
     let rows: Vec<_> = ledger
-        .solver
         .rows()
         .into_iter()
-        .chain([("other", ledger.other)])
         .map(|(name, energy)| {
             let (title, help) = words(name);
             (title, help, energy)
@@ -178,6 +176,11 @@ fn words(row: &str) -> (&'static str, &'static str) {
         "repair" => (
             "Repair",
             "Energy removed or added while collapsed elements recover their rest shape",
+        ),
+        "torn" => (
+            "Tearing",
+            "Energy of edges that were doubled along cracks, less that of folds and joints that \
+             broke. The energy of a crack itself goes into motion, which dissipates.",
         ),
         _ => (
             "Edits and sleep",

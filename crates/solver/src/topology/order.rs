@@ -14,7 +14,6 @@ use crate::{
 use glam::Vec4;
 use serde::{Deserialize, Serialize};
 use std::{
-    collections::BTreeMap,
     ops::{Deref, Range},
     sync::Arc,
 };
@@ -208,7 +207,8 @@ impl<const N: usize> Elements<N> {
             ..Order::default()
         };
         let mut stored = Vec::with_capacity(now.len());
-        let mut taken = BTreeMap::new();
+        // The colors at each particle of a partition.
+        let mut taken: Vec<u128> = Vec::new();
         for batch in &self.batches {
             let Some(partition) = batch.partition else {
                 continue;
@@ -216,22 +216,20 @@ impl<const N: usize> Elements<N> {
             let groups = &self.groups[batch.groups.clone()];
             let mut colors: Vec<Vec<u32>> = groups.iter().map(stays).collect();
             let newcomers = &arrivals[partition];
-            taken.clear();
-            taken.extend(
-                newcomers
-                    .iter()
-                    .flat_map(|&index| corners_of(index).map(|corner| (corner, 0_u128))),
-            );
+            let range = partitions.reach(partition);
+            let place = |corner: u32| corner as usize - range.start;
             if !newcomers.is_empty() {
+                taken.clear();
+                taken.resize(range.len(), 0);
                 for (color, members) in colors.iter().enumerate() {
                     for corner in members.iter().flat_map(|&index| corners_of(index)) {
-                        taken.entry(corner).and_modify(|mask| *mask |= 1 << color);
+                        taken[place(corner)] |= 1 << color;
                     }
                 }
             }
             for &index in newcomers {
                 let corners = corners_of(index);
-                let used = corners.iter().fold(0, |used, corner| used | taken[corner]);
+                let used = corners.iter().fold(0, |used, &it| used | taken[place(it)]);
                 let free = used.trailing_ones() as usize;
                 if free == MAX_COLORS {
                     overflow.push(index);
@@ -242,7 +240,7 @@ impl<const N: usize> Elements<N> {
                 }
                 colors[free].push(index);
                 for corner in corners {
-                    taken.entry(corner).and_modify(|mask| *mask |= 1 << free);
+                    taken[place(corner)] |= 1 << free;
                 }
             }
             all.close_batch(Some(partition), colors, &mut stored);

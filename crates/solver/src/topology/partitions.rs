@@ -130,6 +130,12 @@ impl Partitions {
         self.starts.last().copied().unwrap_or(0) as usize
     }
 
+    /// The particles that constraints of a partition may have: its own and those of the next one.
+    pub(super) fn reach(&self, partition: usize) -> Range<usize> {
+        let start = |it: usize| self.starts[it.min(self.count())] as usize;
+        start(partition)..start(partition + 2)
+    }
+
     /// Partition of a constraint; `None` if it extends beyond the next one.
     #[must_use]
     pub fn partition_of<const N: usize>(&self, corners: &[u32; N]) -> Option<usize> {

@@ -6,7 +6,7 @@ use crate::{
     topology::{Tearing, Torn},
 };
 use glam::DVec3;
-use std::{borrow::Cow, collections::BTreeMap};
+use std::borrow::Cow;
 
 /// A body at the end of a tick.
 pub(crate) struct Strained<'a> {
@@ -45,18 +45,19 @@ impl Tear {
         }
         // Stable, so that equal loads keep the order of the elements.
         weak.sort_by(|one, other| other.load.total_cmp(&one.load));
-        let mut loads = BTreeMap::<u32, f64>::new();
+        let mut loads = vec![0.0_f64; body.topology.particles()];
         for element in &weak {
             for &particle in &element.particles {
-                *loads.entry(particle).or_default() += element.load;
+                loads[particle as usize] += element.load;
             }
         }
         let mut tearing = Tearing::of(body.topology, self.smallest_piece.get() as usize)?;
         let mut relieved = vec![false; tearing.elements()];
         for mut element in weak {
-            element
-                .particles
-                .sort_by(|a, b| loads[b].total_cmp(&loads[a]).then(a.cmp(b)));
+            element.particles.sort_by(|&a, &b| {
+                let [of_a, of_b] = [a, b].map(|it| loads[it as usize]);
+                of_b.total_cmp(&of_a).then(a.cmp(&b))
+            });
             let mut all = tearing.around(element.particles[0]).iter();
             let has_all = |it: &u32| {
                 let mut corners = element.particles.iter();

@@ -40,7 +40,7 @@ impl<const N: usize> Mesh<N> {
     /// both ends, or, for an edge across two elements with a common side, one that still connects
     /// these; none if it is torn.
     pub(super) fn edges_of(&self, [a, b]: [u32; 2], copies: &Copies) -> Vec<[u32; 2]> {
-        let mut found = BTreeSet::new();
+        let mut found = Vec::new();
         let ends_at_b = |corner: &&u32| copies.root(**corner) == b;
         for &from in copies.of(&a) {
             for &element in self.fans.of_particle(from) {
@@ -56,7 +56,9 @@ impl<const N: usize> Mesh<N> {
             });
             found.extend(across);
         }
-        found.into_iter().collect()
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
     /// Whether an element with the one particle shares a side with one that has the other.

@@ -47,6 +47,9 @@ macro_rules! with_mesh {
         }
     };
 }
+/// Number of elements up to which a list of them is searched from its beginning.
+const LIST: usize = 32;
+
 /// Elements of one kind.
 #[derive(Debug)]
 struct Mesh<const N: usize> {
@@ -181,18 +184,21 @@ impl<const N: usize> Mesh<N> {
         if far.is_empty() || near.is_empty() {
             return;
         }
-        let is_large = |from: &[u32], other: &[u32]| {
-            from.iter()
-                .all(|&start| self.reaches(start, (from, other), smallest))
-        };
-        if smallest > 1 && !(is_large(&far, &near) && is_large(&near, &far)) {
+        if smallest > 1
+            && !(self.all_reach((&far, &near), smallest) && self.all_reach((&near, &far), smallest))
+        {
             return;
         }
-        let around = |elements: &[u32]| -> BTreeSet<u32> {
+        let around = |elements: &[u32]| -> Vec<u32> {
             let corners = elements.iter().flat_map(|&it| self.corners[it as usize]);
-            corners.filter(|&corner| corner != particle).collect()
+            let mut corners: Vec<u32> = corners.filter(|&corner| corner != particle).collect();
+            corners.sort_unstable();
+            corners.dedup();
+            corners
         };
-        let lips: Vec<u32> = around(&far).intersection(&around(&near)).copied().collect();
+        let mut lips = around(&far);
+        let other = around(&near);
+        lips.retain(|lip| other.binary_search(lip).is_ok());
         let copy = self.give_copy(particle, &far, first_copy, copies);
         // A rope holds together by its particles; there is nothing else that they could pinch.
         if N > 2 {
@@ -270,27 +276,51 @@ impl<const N: usize> Mesh<N> {
         common.count() + 1 >= N
     }
 
-    /// Whether at least `count` elements are connected to one across their sides, without those
-    /// between the two sets.
-    fn reaches(&self, start: u32, (own, cut): (&[u32], &[u32]), count: usize) -> bool {
+    /// Whether each element of a set is connected to at least `count` across their sides, itself
+    /// included, without those between the two sets.
+    fn all_reach(&self, (own, cut): (&[u32], &[u32]), count: usize) -> bool {
+        let mut known: Vec<u32> = Vec::new();
+        own.iter().all(|&start| {
+            // What is connected to one reaches what that one does.
+            if known.contains(&start) {
+                return true;
+            }
+            let found = self.connected(start, (own, cut), count);
+            let reaches = found.len() >= count;
+            known.extend(found);
+            reaches
+        })
+    }
+
+    /// The first elements that are connected to one across their sides, itself included, without
+    /// those between the two sets: `count` of them, or all if there are fewer.
+    fn connected(&self, start: u32, (own, cut): (&[u32], &[u32]), count: usize) -> Vec<u32> {
         let mut found = vec![start];
-        let mut known = BTreeSet::from([start]);
+        // A few are found faster in a list.
+        let mut known = BTreeSet::<u32>::new();
         let mut next = 0;
         while next < found.len() && found.len() < count {
             let here = found[next];
             for &corner in &self.corners[here as usize] {
                 for &other in self.fans.of_particle(corner) {
-                    let crosses = own.contains(&here) && cut.contains(&other)
-                        || cut.contains(&here) && own.contains(&other);
-                    let is_new = !crosses && !known.contains(&other);
-                    if is_new && self.share_a_side(here, other) {
-                        known.insert(other);
+                    let is_known = match found.len() <= LIST {
+                        true => found.contains(&other),
+                        false => known.contains(&other),
+                    };
+                    let crosses = || {
+                        own.contains(&here) && cut.contains(&other)
+                            || cut.contains(&here) && own.contains(&other)
+                    };
+                    if !is_known && self.share_a_side(here, other) && !crosses() {
                         found.push(other);
+                        if found.len() > LIST {
+                            known.extend(&found[known.len()..]);
+                        }
                     }
                 }
             }
             next += 1;
         }
-        found.len() >= count
+        found
     }
 }
