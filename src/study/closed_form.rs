@@ -4,6 +4,7 @@ use crate::{
     analytic::{Catenary, Elastica},
     solver::Order,
 };
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -152,6 +153,38 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
+    /// Sideways deflection 2p√(EI/P) of the loaded end of a column that is clamped at its foot and has
+    /// buckled [m], where K(p) = L√(P/EI) (Timoshenko and Gere, *Theory of Elastic Stability*, 1961,
+    /// §2.7); 0 up to Euler's load π²EI/(4L²).
+    BuckledColumn {
+        /// Mass on its end [kg].
+        mass: f64,
+        /// Length L [m].
+        length: f64,
+        /// Flexural rigidity EI [N·m²].
+        stiffness: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+    },
+    /// Deflection F ∫ (|m⊥|²/EI + m∥²/GJ) ds of the end of a helix that is clamped at its other end,
+    /// along its axis under a weight F at its end [m], where m is the moment of a unit of the weight
+    /// across and along the rod (Castigliano). First order.
+    HelixSpring {
+        /// Mass at its end [kg].
+        mass: f64,
+        /// Radius of the helix [m].
+        radius: f64,
+        /// Its height [m].
+        height: f64,
+        /// Its turns.
+        turns: f64,
+        /// Flexural rigidity EI [N·m²].
+        bending: f64,
+        /// Torsional rigidity GJ [N·m²].
+        twisting: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+    },
     /// Distance ½g(sin θ − µ cos θ)t² that a block slides down a slope from rest [m] (Coulomb); 0
     /// where tan θ ≤ µ.
     SlidingBlock {
@@ -284,6 +317,21 @@ impl Reference {
                 let load = density * gravity * length.powi(3) / stiffness;
                 -length * Elastica { load, clamp: 0.0 }.end()?[1]
             }
+            Self::BuckledColumn {
+                mass,
+                length,
+                stiffness,
+                gravity,
+            } => buckled(length * (mass * gravity / stiffness).sqrt()) * length,
+            Self::HelixSpring {
+                mass,
+                radius,
+                height,
+                turns,
+                bending,
+                twisting,
+                gravity,
+            } => mass * gravity * helix([radius, height, turns], [bending, twisting]),
             Self::SlidingBlock {
                 slope,
                 friction,
@@ -366,6 +414,8 @@ impl Reference {
             Self::ElasticCatenary { .. } => "sag of an elastic catenary",
             Self::ClampedBeam { .. } => "ρgL⁴/(8EI)",
             Self::HeavyElastica { .. } => "heavy elastica",
+            Self::BuckledColumn { .. } => "2p√(EI/P), K(p) = L√(P/EI)",
+            Self::HelixSpring { .. } => "F ∫ (m⊥²/EI + m∥²/GJ) ds",
             Self::SlidingBlock { .. } => "½g(sin θ − µ cos θ)t²",
             Self::Capstan { .. } => "½g(M − m eᵠ)/(M + m eᵠ)·t²",
             Self::TornStrip { .. } => "√(2G_c(1 − ν²)/(EtH))·H/v",
@@ -386,6 +436,53 @@ fn elliptic_k(k: f64) -> f64 {
     PI / (2.0 * a)
 }
 
+/// Sideways deflection of a buckled column over its length, under a load with `reach` = L√(P/EI).
+fn buckled(reach: f64) -> f64 {
+    // K grows from π/2 at 0 without limit. Each halving adds a binary digit.
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..64 {
+        let middle = (low + high) / 2.0;
+        match elliptic_k(middle) < reach {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    2.0 * low / reach
+}
+
+/// Deflection of the end of a helix of this radius, height [m] and number of turns per force along its
+/// axis [m/N], for the rigidities EI and GJ [N·m²].
+fn helix([radius, height, turns]: [f64; 3], [bending, twisting]: [f64; 2]) -> f64 {
+    /// Even; the error of Simpson's rule decreases with its fourth power.
+    const PARTS: u32 = 20_000;
+    let angle = TAU * turns;
+    let length = (angle * radius).hypot(height);
+    let at = |part: f64| {
+        let (sin, cos) = (angle * part).sin_cos();
+        DVec3::new(radius * cos, -height * part, radius * sin)
+    };
+    let end = at(1.0);
+    let flexibility = |part: f64| {
+        let (sin, cos) = (angle * part).sin_cos();
+        let along = DVec3::new(-radius * angle * sin, -height, radius * angle * cos) / length;
+        let moment = (end - at(part)).cross(DVec3::Y);
+        let twisted = moment.dot(along);
+        let bent = moment.length_squared() - twisted * twisted;
+        bent / bending + twisted * twisted / twisting
+    };
+    let sum: f64 = (0..=PARTS)
+        .map(|index| {
+            let weight = match index {
+                0 | PARTS => 1.0,
+                _ if index % 2 == 1 => 4.0,
+                _ => 2.0,
+            };
+            weight * flexibility(f64::from(index) / f64::from(PARTS))
+        })
+        .sum();
+    length * sum / (3.0 * f64::from(PARTS))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -403,6 +500,31 @@ mod tests {
         // K(sin 45°) = 1.8540746773 from tables, accurate to the last digit.
         let large = pendulum(90.0).value().expect("closed form");
         assert!((large * 9.81_f64.sqrt() / 4.0 - 1.854_074_677_3).abs() < 1e-10);
+    }
+
+    #[test]
+    fn a_column_stands_below_eulers_load_and_bends_far_above_it() {
+        use std::f64::consts::FRAC_PI_2;
+        assert_eq!(buckled(0.999 * FRAC_PI_2), 0.0);
+        // Near the load, K = π/2 (1 + p²/4): p = 2√ε at (1 + ε) π/2, and the deflection 8√ε/π.
+        let small = buckled(FRAC_PI_2 * (1.0 + 1e-6));
+        assert!((small / (8e-3 / PI) - 1.0).abs() < 1e-5, "{small}");
+        // Timoshenko and Gere, table 2-4: at a slope of 60°, P/P_E = 1.152 and x/l = 0.593; at 140°,
+        // 2.541 and 0.750.
+        for (load, expected) in [(1.152_f64, 0.593), (2.541, 0.750)] {
+            let found = buckled(FRAC_PI_2 * load.sqrt());
+            assert!((found - expected).abs() < 1.5e-3, "{load}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_flat_helix_of_a_quarter_turn_is_a_curved_beam() {
+        // A flat quarter ring, loaded across its plane at its end: with the angle φ from the end, the
+        // moments are R sin φ across and R(1 − cos φ) along the rod (Timoshenko, *Strength of
+        // Materials*, part 1, §80). R³(π/4 / EI + (3π/4 − 2) / GJ).
+        let found = helix([0.5, 0.0, 0.25], [3.0, 2.0]);
+        let expected = 0.125 * (PI / 4.0 / 3.0 + (0.75 * PI - 2.0) / 2.0);
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
     }
 
     #[test]

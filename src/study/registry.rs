@@ -42,6 +42,8 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "catenary",
     "clamped_strip",
     "rod_elastica",
+    "buckled_column",
+    "helix_spring",
     "cantilever_4",
     "cantilever_8",
     "cantilever_16",
