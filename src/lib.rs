@@ -77,8 +77,8 @@
 //! | [`Plasticity`](effect::Plasticity) | strain beyond the yield strain becomes permanent | yields and limits, creep 1/s |
 //! | [`Tear`](effect::Tear) | elements that carry too much break | toughness J/m², force N, strain |
 //! | [`Emitter`](effect::Emitter) | grains flow out of an opening | rate 1/s, capacity, lifetime s, speed m/s, spread ° |
-//! | [`BodyEmitter`](effect::BodyEmitter) | copies of the body leave an opening | rate 1/s, capacity, lifetime s, speed m/s, spread ° |
-//! | [`Sink`](effect::Sink) | grains in a box disappear, and bodies whose center is in it | position and size m |
+//! | [`BodyEmitter`](effect::BodyEmitter) | emits copies of the body from an opening | rate 1/s, capacity, lifetime s, speed m/s, spread ° |
+//! | [`Sink`](effect::Sink) | removes grains and whole bodies in a box | position and size m |
 //! | [`Stitches`](effect::Stitches) | C = a−b = 0 between points of a body, to colliders and to other bodies [m] | compliance m/N, strength N, per stitch |
 //! | [`Grab`](effect::Grab) | mouse spring, active while dragging | compliance m/N, strength N |
 //! | [`Contact`](effect::Contact) | C = n·(a−b)−d ≥ 0 between surfaces of bodies [m] | thickness m, friction, restitution, compliance m/N |
@@ -89,7 +89,8 @@
 //! | [`Collide`](effect::Collide) | spheres, boxes, capsules, still or moving | friction, restitution |
 //!
 //! Apps push bodies with [`ExternalForce`](effect::ExternalForce) [N] and
-//! [`ExternalImpulse`](effect::ExternalImpulse) [N·s].
+//! [`ExternalImpulse`](effect::ExternalImpulse) [N·s], and move pins with
+//! [`PinTargets`](effect::PinTargets) [m].
 //!
 //! # Sets
 //!
@@ -177,5 +178,6 @@ impl PluginGroup for SoftBodyPlugins {
             .add_group(effect::EffectPlugins)
             .add(effect::EffectPlugin::<effect::ExternalForce>::default())
             .add(effect::EffectPlugin::<effect::ExternalImpulse>::default())
+            .add(effect::EffectPlugin::<effect::PinTargets>::default())
     }
 }

@@ -4,16 +4,16 @@ pub use crate::{
     SoftBodyPlugins,
     effect::{
         Bend, Collide, Contact, Direct, ExternalForce, ExternalImpulse, Ground, IsometricBend,
-        Membrane, NeoHookean, Plasticity, Pressure, Rod, SelfContact, ShapeMatching, StickyGround,
-        StrainLimit, Stretch, Struts, Tethers, Volume, Weave, Wind,
+        Membrane, NeoHookean, PinTargets, Plasticity, Pressure, Rod, SelfContact, ShapeMatching,
+        StickyGround, StrainLimit, Stretch, Struts, Tethers, Volume, Weave, Wind,
     },
     simulation::{
         Action, Actions, BodyDensity, Pins, SimulationClock, SimulationSettings, SoftBody,
-        SoftBodyBuilder,
+        SoftBodyBuilder, SoftBodyHit, SoftBodyQueries,
     },
     solver::{
         Body, Collider, ColliderMesh, ColliderShape, Compliance, Damping, Density, Friction,
         Height, Iterations, Particles, Path, Pose, Rate, RestShape, Restitution, Settings,
-        Stiffness, Substeps, Topology,
+        Stiffness, Substeps, Topology, VertexIndex,
     },
 };

@@ -324,10 +324,15 @@ fn remove(world: &mut World, effect: &str) {
     }
 }
 
-/// Distance of the particles of the bodies that are in both states; `None` if a body diverged.
+/// Distance of the particles of the same bodies in two states; `None` if a body diverged, or is in one
+/// of them only.
 fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
     let (mut sum, mut max, mut count) = (0.0, 0.0_f64, 0_usize);
-    for (a, b) in in_both(one, other) {
+    let both = in_both(one, other);
+    if both.len() < one.len().max(other.len()) {
+        return None;
+    }
+    for (a, b) in both {
         if a.quarantine.is_some() || b.quarantine.is_some() {
             return None;
         }

@@ -78,17 +78,17 @@ impl Effect for Emitter {
 
 impl Effect for BodyEmitter {
     const NAME: &'static str = "body_emitter";
-    const TITLE: &'static str = "Emitter of bodies";
-    const SUMMARY: &'static str = "Copies of the body leave an opening.";
+    const TITLE: &'static str = "Body emitter";
+    const SUMMARY: &'static str = "Emits copies of the body from a round opening.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             rate: Coefficient, "Rate", "1/s",
-            "Copies per second. With contact, a copy that finds no free place waits.",
+            "Copies per second. With contact, a copy waits until there is a free place.",
             (0.1, 100.0), Scale::LogarithmicFromZero
         ),
         parameter!(
             capacity: Capacity, "Capacity", "copies",
-            "Largest number of copies that are present.",
+            "Largest number of copies at a time; while it is reached, none is emitted.",
             (1.0, 1000.0), Scale::Logarithmic
         ),
         parameter!(
@@ -107,7 +107,7 @@ impl Effect for BodyEmitter {
         ),
         parameter!(
             opening: Coefficient, "Opening radius", "m",
-            "Radius of the opening, in which the centers of the copies are.",
+            "Radius of the opening. The centers of copies are distributed evenly over it.",
             (0.0, 2.0), Scale::Linear
         ),
         parameter!(x: Finite, "Position x", "m", "Center of the opening along x.", (-3.0, 3.0), Scale::Linear),

@@ -81,6 +81,7 @@ mod ground;
 mod isometric_bend;
 mod membrane;
 mod neo_hookean;
+mod pin_targets;
 mod plasticity;
 mod pressure;
 mod registry;
@@ -97,6 +98,7 @@ mod weave;
 
 pub(crate) use external::follow_points;
 pub use external::{ExternalForce, ExternalImpulse};
+pub use pin_targets::PinTargets;
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,
     ParameterInfo, Scale,
@@ -146,6 +148,7 @@ macro_rules! plugins {
             $(app.add_observer(registry::missing_plugin::<$effect>);)*
             app.add_observer(registry::missing_plugin::<ExternalForce>);
             app.add_observer(registry::missing_plugin::<ExternalImpulse>);
+            app.add_observer(registry::missing_plugin::<PinTargets>);
         }
 
         impl PluginGroup for EffectPlugins {

@@ -17,17 +17,18 @@
 mod attach;
 mod balls;
 pub mod drawn;
+mod follow;
 mod from_mesh;
 pub mod gizmos;
-pub(crate) mod hit;
 mod ray_cast;
 mod surface;
 mod tube;
 
 pub use attach::AttachTo;
 pub use drawn::{Drawn, Outline};
+pub use follow::FollowTransform;
 pub use gizmos::{SoftBodyGizmos, SoftBodyGizmosPlugin};
-pub use ray_cast::{SoftBodyHit, SoftBodyPickingPlugin, SoftBodyRayCast};
+pub use ray_cast::{SoftBodyPickingPlugin, SoftBodyRayCast};
 
 use crate::{
     scene::BodySkin,
@@ -65,7 +66,8 @@ impl Plugin for SoftBodyMeshPlugin {
                 .after(SoftBodySystems::Last)
                 .before(TransformSystems::Propagate)
                 .before(VisibilitySystems::CalculateBounds),
-        );
+        )
+        .add_systems(PostUpdate, follow::follow.before(SoftBodySystems::First));
     }
 }
 

@@ -1,13 +1,13 @@
 //! Ray casts against the drawn surfaces of soft bodies, and a picking backend for Bevy's pointer
 //! events.
 
-use super::{
-    Drawn,
-    hit::{self, Hit},
-};
+use super::Drawn;
 use crate::{
     scene::BodySkin,
-    simulation::{Action, SoftBody},
+    simulation::{
+        SoftBody, SoftBodyHit,
+        query::hit::{Hit, meets_box, nearer, on_balls, on_segments, on_triangles},
+    },
     solver::{ParticleIndex, SurfacePoint, numbering::Numbering},
 };
 use bevy::{
@@ -18,32 +18,6 @@ use bevy::{
     },
     prelude::*,
 };
-
-/// Where a ray meets a soft body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct SoftBodyHit {
-    /// The body.
-    pub body: Entity,
-    /// Distance along the ray [m].
-    pub distance: f32,
-    /// The place of the hit [m].
-    pub position: Vec3,
-    /// The point of the body there.
-    pub point: SurfacePoint,
-}
-
-impl SoftBodyHit {
-    /// The action that grabs the body at this point.
-    #[must_use]
-    pub fn grab(&self) -> Action {
-        Action::Grab {
-            body: self.body,
-            point: self.point,
-            target: self.position,
-        }
-    }
-}
 
 /// Casts rays against all soft bodies that [`SoftBodyMeshPlugin`](super::SoftBodyMeshPlugin) draws.
 ///
@@ -89,7 +63,7 @@ impl SoftBodyRayCast<'_, '_> {
         filter: impl Fn(Entity) -> bool,
     ) -> Option<SoftBodyHit> {
         let all = self.bodies.iter().filter(|(body, ..)| filter(*body));
-        let (entity, hit) = hit::nearest(ray, reach, all.map(|(body, drawn, ..)| (body, drawn)))?;
+        let (entity, hit) = nearest(ray, reach, all.map(|(body, drawn, ..)| (body, drawn)))?;
         let (_, _, body, skin) = self.bodies.get(entity).ok()?;
         Some(SoftBodyHit {
             body: entity,
@@ -98,6 +72,33 @@ impl SoftBodyRayCast<'_, '_> {
             point: surface_point(&hit, skin, &body.numbering)?,
         })
     }
+}
+
+/// The nearest hit over all bodies. `reach` is the tolerance for ropes, per meter of distance
+/// [m/m].
+fn nearest<'a, Body>(
+    ray: Ray3d,
+    reach: f32,
+    bodies: impl Iterator<Item = (Body, &'a Drawn)>,
+) -> Option<(Body, Hit)> {
+    bodies
+        .filter_map(|(body, drawn)| {
+            let slack = reach * ray.origin.distance(drawn.center()) + drawn.outline.radius;
+            if !meets_box(ray, drawn.low - slack, drawn.high + slack) {
+                return None;
+            }
+            let surface = on_triangles(ray, &drawn.outline.triangles, &drawn.points);
+            let line = on_segments(
+                ray,
+                reach,
+                drawn.outline.radius,
+                &drawn.outline.segments,
+                &drawn.points,
+            );
+            let ball = on_balls(ray, &drawn.outline.radii, &drawn.points);
+            nearer(nearer(surface, line), ball).map(|hit| (body, hit))
+        })
+        .min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))
 }
 
 /// The particles behind a hit: its corners, or the particles that carry the corners of a skin.
@@ -147,7 +148,7 @@ fn report(
             .iter()
             .filter(|(.., pickable)| pickable.is_none_or(|it| it.is_hoverable))
             .map(|(body, drawn, _)| (body, drawn));
-        if let Some((body, hit)) = hit::nearest(*ray, 0.0, pickable) {
+        if let Some((body, hit)) = nearest(*ray, 0.0, pickable) {
             let position = ray.get_point(hit.distance);
             let data = HitData::new(id.camera, hit.distance, Some(position), None);
             let order = camera.order as f32;

@@ -3,7 +3,7 @@
 use super::SceneError;
 use crate::{
     simulation::Statistics,
-    solver::{Body, World, body::in_both, measure, topology::bounds},
+    solver::{Body, VertexIndex, World, body::in_both, measure, topology::bounds},
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -62,7 +62,8 @@ pub enum Check {
     Splits(usize, usize),
     /// The number of particles is in this range.
     Particles(usize, usize),
-    /// The number of bodies is in this range; within [`Of`](Self::Of), of those whose names begin so.
+    /// The number of bodies is in this range; within [`Of`](Self::Of), the number of those whose names
+    /// begin with its name.
     Bodies(usize, usize),
     /// No particle is closer than this to a point [m].
     AwayFrom(Vec3, f32),
@@ -107,7 +108,8 @@ impl Acceptance {
             }
         }
         for (first, last) in in_both(&start.bodies, &end.bodies) {
-            let moved = first.pins.iter().filter(|&&pin| {
+            let known = |pin: &&VertexIndex| pin.index() < last.topology.particles();
+            let moved = first.pins.iter().filter(known).filter(|&&pin| {
                 let at = |body: &Body| body.particles.positions[body.topology.particle(pin)];
                 at(first).truncate() != at(last).truncate()
             });

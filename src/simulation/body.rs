@@ -203,7 +203,7 @@ pub(super) fn forget_body(
     }
 }
 
-/// Tells copies of a removed body that it is gone, and those of later ones their number.
+/// Tells copies of a removed body that it is gone, and copies of later bodies their number.
 pub(super) fn forget_source(
     removed: On<Remove, SoftBody>,
     bodies: Query<&SpawnOrder, With<SoftBody>>,

@@ -1,19 +1,23 @@
 //! Bodies that appear and disappear between ticks: copies from emitters of bodies, and bodies in a sink.
 
 use super::{
-    BodySkin, SceneEntity, SoftBody, SpawnOrder,
+    AddedMass, Asleep, BodyContacts, BodyDensity, BodySkin, EnergyLedger, RestTimer, SceneEntity,
+    SoftBody, SpawnOrder,
     carried::{Carried, CarriedItem},
     plain,
     step::UnderWay,
 };
 use crate::solver::{
-    BodyEmitter, Effects, Emission, Particles, Sink, Topology,
-    emission::{self, Present, Template},
+    BodyEmitter, Effects, Emission, Particles, Sink, Stitches, Topology,
+    emission::{self, Present, Template, rested_on},
+    topology::Birth,
 };
 use bevy::prelude::*;
 use glam::DVec3;
+use std::sync::Arc;
 
-/// A copy of a body has left its [`BodyEmitter`]. Both a message and an event for observers.
+/// A copy of a body has left its [`BodyEmitter`]. Both a message and an event for observers, at the end
+/// of the tick, after all copies of a source were spawned.
 ///
 /// The copy has the name of the body with a number, its skin and its built-in effects; an app adds its
 /// own components.
@@ -29,6 +33,15 @@ pub struct BodyEmitted {
 pub(super) fn changes_bodies(changing: Query<(), Or<(With<BodyEmitter>, With<Sink>)>>) -> bool {
     !changing.is_empty()
 }
+
+/// What is read of all bodies.
+type Read = (
+    Entity,
+    &'static SpawnOrder,
+    &'static SoftBody,
+    &'static mut Particles,
+    Carried,
+);
 
 /// A body of the ECS.
 struct Emitting<'w, 's> {
@@ -61,8 +74,11 @@ impl Present for Emitting<'_, '_> {
 }
 
 /// Calls a function with all bodies in order.
-fn with_bodies<T>(world: &mut World, call: impl FnOnce(&mut [Emitting]) -> T) -> T {
-    let mut query = world.query::<(Entity, &SpawnOrder, &SoftBody, &mut Particles, Carried)>();
+fn with_bodies<T>(
+    world: &mut World,
+    query: &mut QueryState<Read>,
+    call: impl FnOnce(&mut [Emitting]) -> T,
+) -> T {
     let mut bodies: Vec<_> = query.iter_mut(world).collect();
     bodies.sort_unstable_by_key(|(_, order, ..)| **order);
     let bodies = bodies.into_iter();
@@ -76,49 +92,104 @@ fn with_bodies<T>(world: &mut World, call: impl FnOnce(&mut [Emitting]) -> T) ->
 }
 
 /// Adds and removes bodies at the end of a tick.
-pub(super) fn emit(world: &mut World) {
+pub(super) fn emit(world: &mut World, query: &mut QueryState<Read>) {
     let settings = *world.resource::<UnderWay>().settings();
-    let gone: Vec<Entity> = with_bodies(world, |bodies| {
+    let gone: Vec<Entity> = with_bodies(world, query, |bodies| {
         let gone = emission::gone(bodies, &settings).into_iter();
         gone.map(|number| bodies[number as usize].entity).collect()
     });
+    let mut changes = !gone.is_empty();
     for body in gone.into_iter().rev() {
         world.despawn(body);
     }
-    for (number, source) in (0..).zip(plain::bodies_in_order(world)) {
-        if world.get::<BodyEmitter>(source).is_none() {
-            continue;
-        }
-        let births = with_bodies(world, |bodies| {
-            emission::births(bodies, number as usize, &settings)
-        });
-        if births.is_empty() {
-            continue;
-        }
-        let Some(template) = plain::body(world.entity(source)) else {
-            continue;
+    let mut emitted = Vec::new();
+    let mut next = 0;
+    // Copies of one source are in the way of those of the next.
+    while let Some((number, source, births)) = with_bodies(world, query, |bodies| {
+        (next..bodies.len()).find_map(|number| {
+            let births = emission::births(bodies, number, &settings);
+            (!births.is_empty()).then(|| (number, bodies[number].entity, births))
+        })
+    }) {
+        next = number + 1;
+        changes = true;
+        let copies = spawn(world, (number as u32, source), &births);
+        emitted.extend(copies.into_iter().map(|body| BodyEmitted { source, body }));
+    }
+    if changes {
+        world.resource_mut::<BodyContacts>().invalidate();
+        world.resource_mut::<EnergyLedger>().changes_bodies();
+    }
+    for message in emitted {
+        world.trigger(message);
+        world.flush();
+        world.write_message(message);
+    }
+}
+
+/// Spawns the copies of a body.
+fn spawn(world: &mut World, (number, source): (u32, Entity), births: &[Birth]) -> Vec<Entity> {
+    let given = world.entity(source);
+    let (Some(body), Some(particles)) = (given.get::<SoftBody>(), given.get::<Particles>()) else {
+        return Vec::new();
+    };
+    let none = Stitches::default();
+    let template = Template {
+        name: given.get::<Name>().map_or("", Name::as_str),
+        topology: &body.0,
+        density: given
+            .get::<BodyDensity>()
+            .map_or_else(Default::default, |it| it.0),
+        added_mass: given.get::<AddedMass>().map_or(&[], |it| &it.0),
+        stitches: given.get::<Stitches>().unwrap_or(&none),
+        effects: plain::effects(given),
+    };
+    let flow = particles.emission.copies;
+    let copies: Vec<_> = template.copies(number, &flow, births).collect();
+    let skin = given.get::<BodySkin>().map(|skin| Arc::clone(&skin.0));
+    let is_of_scene = given.contains::<SceneEntity>();
+    let spawned = copies.iter().map(|copy| {
+        let body = plain::spawn_body(world, copy);
+        let mut entity = world.entity_mut(body);
+        plain::insert(&mut entity, skin.clone().map(BodySkin));
+        plain::insert(&mut entity, is_of_scene.then_some(SceneEntity));
+        body
+    });
+    spawned.collect()
+}
+
+/// Wakes the bodies that rested on a removed one.
+pub(super) fn wake_above(
+    removed: On<Remove, SoftBody>,
+    mut bodies: Query<(Entity, &SoftBody, &mut Particles, Carried, Has<Asleep>)>,
+    mut commands: Commands,
+) {
+    if !bodies.iter().any(|(.., is_asleep)| is_asleep) {
+        return;
+    }
+    let mut gone = None;
+    let mut others = Vec::new();
+    for (entity, body, particles, carried, is_asleep) in &mut bodies {
+        let body = Emitting {
+            entity,
+            body,
+            particles,
+            carried,
         };
-        let emitted = template.particles.emission.emitted();
-        let template = Template {
-            name: &template.name,
-            topology: &template.topology,
-            density: template.density,
-            added_mass: &template.added_mass,
-            stitches: &template.stitches,
-            effects: template.effects,
-        };
-        for copy in template.copies((number, emitted), &births) {
-            let body = plain::spawn_body(world, &copy);
-            let given = world.entity(source);
-            let skin = given.get::<BodySkin>().cloned();
-            let is_of_scene = given.contains::<SceneEntity>();
-            let mut entity = world.entity_mut(body);
-            plain::insert(&mut entity, skin);
-            plain::insert(&mut entity, is_of_scene.then_some(SceneEntity));
-            let emitted = BodyEmitted { source, body };
-            world.trigger(emitted);
-            world.flush();
-            world.write_message(emitted);
+        match entity == removed.entity {
+            true => gone = Some(body),
+            false if is_asleep => others.push(body),
+            false => {}
+        }
+    }
+    let Some(gone) = gone else {
+        return;
+    };
+    for body in others.iter().filter(|body| rested_on(*body, &gone)) {
+        if let Ok(mut entity) = commands.get_entity(body.entity) {
+            entity
+                .try_remove::<Asleep>()
+                .try_insert(RestTimer::default());
         }
     }
 }

@@ -161,6 +161,11 @@ pub struct BodyContact {
 }
 
 impl BodyContacts {
+    /// Bodies were added or removed.
+    pub(super) fn invalidate(&mut self) {
+        self.contacts.invalidate();
+    }
+
     /// Contact counts of the last substep.
     #[must_use]
     pub fn counts(&self) -> ContactCounts {

@@ -61,8 +61,9 @@ pub struct EnergyLedger {
     pub now: Energies,
     /// Changes by the solver since the start [J].
     pub solver: solver::Ledger,
-    /// Changes by tearing [J]: the energy of edges that were doubled along cracks, less that of folds and
-    /// joints that broke. It includes other changes between the same two ticks.
+    /// Changes by tearing and cutting [J]: the energy of edges that were doubled along cracks, less that
+    /// of folds and joints that broke. It includes other changes between the same two ticks, unless
+    /// emitters or sinks added or removed bodies: then all is in [`other`](Self::other).
     pub torn: f64,
     /// Changes from other sources [J]: edits, added and removed bodies, falling asleep, quarantine,
     /// and whole ticks with effects that are not built in.
@@ -108,6 +109,11 @@ impl EnergyLedger {
         let mut rows = self.solver.rows().to_vec();
         rows.extend([("torn", self.torn), ("other", self.other)]);
         rows
+    }
+
+    /// Bodies were added or removed at the end of a tick, with their energy.
+    pub(super) fn changes_bodies(&mut self) {
+        self.has_torn = false;
     }
 
     /// A body was torn at the end of a tick.

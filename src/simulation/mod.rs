@@ -20,6 +20,7 @@ pub(crate) mod plan;
 mod profile;
 pub mod projections;
 mod quarantine;
+pub(crate) mod query;
 mod renew;
 mod schedule;
 pub mod statistics;
@@ -41,6 +42,7 @@ pub use ledger::{Energies, EnergyLedger};
 pub use moment::Moment;
 pub use plan::system_names;
 pub use profile::Profile;
+pub use query::{SoftBodyHit, SoftBodyQueries};
 pub use schedule::{
     ContactSchedule, EffectSystems, SoftBodySystems, SolvePhase, SolveSchedule, SolverSystems,
     StepSchedule, StepSystems, SubstepSchedule,
@@ -54,7 +56,10 @@ pub(crate) use begin::wake_changed;
 pub(crate) use body::shown_name;
 pub(crate) use step::tick_of;
 
-use crate::solver::Settings;
+use crate::{
+    effect::{Effect, StickyGround},
+    solver::Settings,
+};
 use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
@@ -134,6 +139,7 @@ impl Plugin for SimulationPlugin {
             .add_observer(body::complete_collider)
             .add_observer(body::forget_body)
             .add_observer(body::forget_source)
+            .add_observer(emission::wake_above)
             .add_observer(body::release_joined)
             .add_observer(body::forget_collider);
         schedule::configure(app, self.schedule);
@@ -164,10 +170,10 @@ impl Plugin for SimulationPlugin {
                 (
                     tear::tear,
                     renew::renew,
-                    emission::emit.run_if(emission::changes_bodies),
                     step::settle_grabs,
                     step::fall_asleep,
                     touch::report,
+                    emission::emit.run_if(emission::changes_bodies),
                     statistics::take,
                 )
                     .chain()
@@ -196,6 +202,13 @@ impl Plugin for SimulationPlugin {
             )
                 .chain()
                 .before(step::presolve),
+        );
+        app.configure_sets(
+            SubstepSchedule,
+            plan::PinMotion
+                .in_set(SolverSystems::Presolve)
+                .after(step::presolve)
+                .before(EffectSystems(StickyGround::NAME)),
         );
         // With the masses of this tick; what is not finite is found after it.
         app.configure_sets(

@@ -54,6 +54,17 @@ pub fn bodies_in_order(world: &mut World) -> Vec<Entity> {
     bodies.into_iter().map(|(_, entity)| entity).collect()
 }
 
+/// Entities of all bodies but those that an emitter made, in order: these come and go by themselves.
+#[must_use]
+pub fn lasting_bodies(world: &mut World) -> Vec<Entity> {
+    let mut bodies = bodies_in_order(world);
+    bodies.retain(|body| {
+        let particles = world.get::<Particles>(*body);
+        particles.is_none_or(|it| it.emission.source().is_none())
+    });
+    bodies
+}
+
 /// Entities of all colliders, in order.
 #[must_use]
 pub fn colliders_in_order(world: &mut World) -> Vec<Entity> {

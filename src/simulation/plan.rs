@@ -59,6 +59,10 @@ pub(crate) fn schedules_of_substep() -> [InternedScheduleLabel; 3] {
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct ExternalForces;
 
+/// Systems of [`PinTargets`](crate::effect::PinTargets).
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct PinMotion;
+
 /// Systems of [`ExternalImpulse`](crate::effect::ExternalImpulse).
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct ExternalImpulses;

@@ -18,7 +18,10 @@ use crate::{
         rest::{Wakefulness, settle},
     },
 };
-use bevy::{ecs::system::SystemState, prelude::*};
+use bevy::{
+    ecs::{entity::EntityHashMap, system::SystemState},
+    prelude::*,
+};
 use std::{
     mem::{replace, take},
     ops::Range,
@@ -466,6 +469,7 @@ pub(super) fn fall_asleep(
     )>,
     mut group: Local<Vec<Wakefulness>>,
     mut entities: Local<Vec<Entity>>,
+    mut places: Local<EntityHashMap<u32>>,
     mut pairs: Local<Vec<[u32; 2]>>,
 ) {
     let seconds = under_way.seconds() as f32;
@@ -487,10 +491,12 @@ pub(super) fn fall_asleep(
         group.push(rest);
     }
     pairs.clear();
-    let place = |entity: Entity| entities.iter().position(|it| *it == entity);
+    places.clear();
+    places.extend(entities.iter().copied().zip(0..));
+    let place = |entity: Entity| places.get(&entity).copied();
     pairs.extend(contacts.islands().filter_map(|[a, b]| {
         let [a, b] = [place(a)?, place(b)?];
-        Some([a as u32, b as u32])
+        Some([a, b])
     }));
     settle(&mut group, &pairs);
     let all = bodies.iter_mut().zip(&*group);

@@ -138,6 +138,8 @@ pub fn prepared(
         effects.sticky_ground,
         effects.collide,
     ) = (None, None, None, None);
+    // Nothing but the case adds or removes anything.
+    (effects.emitter, effects.body_emitter, effects.sink) = (None, None, None);
     body.asleep = false;
     world.bodies = vec![body];
     case.begin(&member, &mut world)?;

@@ -82,6 +82,7 @@ mod simulation_ledger;
 mod simulation_order;
 mod simulation_plugins;
 mod simulation_quarantine;
+mod simulation_queries;
 mod simulation_refusals;
 mod simulation_schedules;
 mod simulation_sleep;

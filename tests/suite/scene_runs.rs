@@ -184,6 +184,35 @@ fn a_moved_pin_fails_the_acceptance() {
     assert_eq!(reasons, ["no weight: 1 pinned particle moved"]);
 }
 
+#[test]
+fn the_number_of_bodies_is_checked_for_all_and_by_name() {
+    use pliant::scene::{Acceptance, Check};
+    let scene = Scene::load("jelly_cube").expect("a sound scene").scene;
+    let mut world = scene.build().expect("a sound scene").world;
+    let names = ["a", "ring", "ring #1"].map(|name| {
+        let mut body = world.bodies[0].clone();
+        body.name = name.to_owned();
+        body
+    });
+    world.bodies = names.into();
+    let judged = |checks: Vec<Check>| {
+        let acceptance = Acceptance {
+            seconds: 1.0,
+            checks,
+        };
+        acceptance.judge(&world, &world, &[])
+    };
+    let of_rings = |least, most| Check::Of("ring".to_owned(), vec![Check::Bodies(least, most)]);
+    assert!(judged(vec![Check::Bodies(3, 3), of_rings(2, 2)]).is_empty());
+    assert_eq!(
+        judged(vec![Check::Bodies(4, 9), of_rings(3, 3)]),
+        [
+            "the number of bodies is 3, expected 4 to 9",
+            "ring: the number of bodies is 2, expected 3 to 3"
+        ]
+    );
+}
+
 /// A check that compares with NaN fails.
 #[test]
 fn a_state_that_is_not_finite_fails_every_check_of_it() {

@@ -7,8 +7,8 @@ use crate::{
 use bevy::prelude::*;
 use glam::DVec3;
 use pliant::{
-    effect::{ExternalForce, ExternalImpulse},
-    simulation::{Asleep, Sleep, tick},
+    effect::{ExternalForce, ExternalImpulse, PinTargets},
+    simulation::{Asleep, Sleep, SoftBody, tick},
     solver::{
         Body, Compliance, Grains, KeepSpin, Order, ParticleIndex, Particles, RestShape, Sink,
         Stretch, SurfacePoint, VertexIndex, measure,
@@ -159,4 +159,89 @@ fn a_force_stays_on_its_grain() {
         .expect("it is left");
     assert_eq!(left.points, [(point(1), Vec3::Z)]);
     assert_eq!(particles(&app, bodies[0]).len(), 2);
+}
+
+/// A rope whose upper end is moved at 5 m/s for some ticks, by targets or by its position.
+fn dragged(by_target: bool, count: u32) -> (App, Entity) {
+    let mut rope = pinned(body("rope", crate::support::chain(20, 0.05), 0.1), &[0]);
+    rope.effects.stretch = stretch(1e-5);
+    let (mut app, bodies, _) = app_of(&world(settings(9.81, 60.0, 10, 1), rope));
+    let start = particles(&app, bodies[0]).position(0);
+    for number in 1..=count {
+        let goal = start + DVec3::X * (5.0 * f64::from(number) / 60.0);
+        let mut entity = app.world_mut().entity_mut(bodies[0]);
+        if by_target {
+            entity.insert(PinTargets::of(VertexIndex(0), goal.as_vec3()));
+        } else if let Some(mut particles) = entity.get_mut::<Particles>() {
+            particles.set_position(0, goal);
+        }
+        tick(app.world_mut());
+        let now = particles(&app, bodies[0]).position(0);
+        // Rounding of 5 m to f32.
+        assert!(now.distance(goal) < 5e-7, "{now}");
+    }
+    (app, bodies[0])
+}
+
+/// The upper part of a rope moves with its end, as a wave of stretching runs through 20 edges of
+/// √(αm) = 0.2 ms each in less than a tick. A pin that jumps by the way of a tick in its first substep,
+/// and rests in the others, strikes the rope: the part next to it stands still at the end of a tick.
+#[test]
+fn pins_move_evenly_over_the_substeps() {
+    let speeds = [true, false].map(|by_target| {
+        let (app, rope) = dragged(by_target, 3);
+        let now = particles(&app, rope);
+        [1, 2, 3, 4].map(|i| now.velocity(i).x)
+    });
+    let off = speeds.map(|all| all.map(|v| (v / 5.0 - 1.0).abs()));
+    assert!(off[0].iter().all(|off| *off < 0.1), "{speeds:?}");
+    assert!(off[1].iter().any(|off| *off > 0.5), "{speeds:?}");
+}
+
+#[test]
+fn pins_stay_at_their_targets_and_what_is_no_pin_is_not_moved() {
+    let (mut app, rope) = dragged(true, 60);
+    let place = particles(&app, rope).position(0);
+    for _ in 0..10 {
+        tick(app.world_mut());
+    }
+    assert!(particles(&app, rope).position(0).distance(place) < 5e-7);
+    let free = particles(&app, rope).position(5);
+    let targets = PinTargets::of(VertexIndex(5), Vec3::splat(100.0))
+        .and(VertexIndex(999), Vec3::ZERO)
+        .and(VertexIndex(0), Vec3::NAN);
+    app.world_mut().entity_mut(rope).insert(targets);
+    tick(app.world_mut());
+    let now = particles(&app, rope);
+    assert!(now.position(5).distance(free) < 0.5);
+    assert!(now.position(0).distance(place) < 5e-7);
+    assert!(now.first_not_finite().is_none());
+}
+
+#[test]
+fn a_target_wakes_a_body_that_sleeps() {
+    let mut own = pinned(block(), &[0]);
+    own.effects.stretch = stretch(1e-6);
+    let (mut app, bodies, _) = app_of(&world(settings(0.0, 60.0, 10, 1), own));
+    app.world_mut().resource_mut::<Sleep>().enabled = true;
+    for _ in 0..120 {
+        tick(app.world_mut());
+    }
+    assert!(app.world().get::<Asleep>(bodies[0]).is_some());
+    let pin = {
+        let topology = app.world().get::<SoftBody>(bodies[0]).expect("a body");
+        topology.particle(VertexIndex(0))
+    };
+    let goal = particles(&app, bodies[0]).position(pin).as_vec3() + Vec3::Y * 0.01;
+    let target = PinTargets::of(VertexIndex(0), goal);
+    app.world_mut().entity_mut(bodies[0]).insert(target);
+    tick(app.world_mut());
+    assert!(app.world().get::<Asleep>(bodies[0]).is_none());
+    assert!(
+        particles(&app, bodies[0])
+            .position(pin)
+            .as_vec3()
+            .distance(goal)
+            < 1e-7
+    );
 }

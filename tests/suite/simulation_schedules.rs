@@ -7,7 +7,9 @@ use crate::{
 };
 use bevy::prelude::*;
 use pliant::{
-    effect::{Effect, EffectRegistry, ExternalForce, ExternalImpulse, Grab, Stitches, Stretch},
+    effect::{
+        Effect, EffectRegistry, ExternalForce, ExternalImpulse, Grab, PinTargets, Stitches, Stretch,
+    },
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule, state_hash},
     solver::{Effects, ForceKind, ParticleIndex, Particles, SurfacePoint, deform::Random},
 };
@@ -33,6 +35,9 @@ fn insert(app: &mut App, body: Entity, effect: &str) {
         }
         None if effect == ExternalForce::NAME => {
             body.insert(ExternalForce::default());
+        }
+        None if effect == PinTargets::NAME => {
+            body.insert(PinTargets::default());
         }
         None => {
             let point = SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound");
@@ -70,7 +75,7 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let in_iteration = present
         .iter()
         .filter(|name| ![STICKY, PLASTIC].contains(name) && !BETWEEN_TICKS.contains(name))
-        .filter(|name| !forces.contains(name));
+        .filter(|name| !forces.contains(name) && **name != PinTargets::NAME);
     let mut in_iteration: Vec<_> = in_iteration.copied().collect();
     // Stitches have a second system, for those between bodies, after the last constraint.
     let constraints = in_iteration
@@ -83,6 +88,11 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let before = present.iter().filter(|name| forces.contains(name));
     let mut in_substep: Vec<_> = before.copied().collect();
     in_substep.push("presolve");
+    in_substep.extend(
+        present
+            .contains(&PinTargets::NAME)
+            .then_some(PinTargets::NAME),
+    );
     in_substep.extend(present.contains(&STICKY).then_some(STICKY));
     in_substep.extend(["solve", "postsolve"]);
     in_substep.extend(present.contains(&PLASTIC).then_some(PLASTIC));

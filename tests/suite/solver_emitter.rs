@@ -71,12 +71,12 @@ fn the_number_of_grains_is_exact_for_an_hour() {
             [f64::from(rate as f32), ticks_per_second].map(|it: f64| (it * unit).round() as u128);
         for tick in 1..=ticks {
             world.tick();
-            let emission = &world.bodies[0].particles.emission;
+            let emission = &world.bodies[0].particles.emission.grains;
             let due = u128::from(tick) * rate / per_second;
             let found = u128::from(emission.emitted() + emission.waiting());
             assert_eq!(found, due, "{rate} after {tick} ticks");
         }
-        assert_eq!(world.bodies[0].particles.emission.waiting(), 0);
+        assert_eq!(world.bodies[0].particles.emission.grains.waiting(), 0);
     }
 }
 
@@ -91,7 +91,7 @@ fn a_hundred_thousand_per_second_are_exact() {
     run(&mut world, 20);
     let body = &world.bodies[0];
     let expected = 20 * 100_000 / 60;
-    assert_eq!(body.particles.emission.emitted(), expected);
+    assert_eq!(body.particles.emission.grains.emitted(), expected);
     assert_eq!(body.particles.len() as u64, expected + 1);
     assert_eq!(body.topology.particles(), body.particles.len());
     assert_eq!(body.topology.radii.len(), body.particles.len());
@@ -136,13 +136,13 @@ fn grains_that_find_no_place_wait() {
     settings.gravity = Vec3::ZERO;
     let mut world = world_of(settings, seed_body(emitting(own)));
     run(&mut world, 60);
-    let emission = &world.bodies[0].particles.emission;
+    let emission = &world.bodies[0].particles.emission.grains;
     assert_eq!(emission.emitted(), 1, "the first one blocks the opening");
     assert_eq!(emission.waiting(), 999);
     let positions = &mut world.bodies[0].particles;
     positions.set_position(1, DVec3::new(3.0, 0.0, 0.0));
     world.tick();
-    assert_eq!(world.bodies[0].particles.emission.emitted(), 2);
+    assert_eq!(world.bodies[0].particles.emission.grains.emitted(), 2);
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn no_two_grains_are_born_inside_each_other() {
     }
     assert!(known > 300, "{known} grains");
     assert!(
-        world.bodies[0].particles.emission.waiting() > 0,
+        world.bodies[0].particles.emission.grains.waiting() > 0,
         "too few to meet"
     );
 }
@@ -189,7 +189,7 @@ fn a_full_body_stays_full_and_a_lifetime_makes_room() {
     let mut world = world_of(settings(1), seed_body(emitting(own)));
     run(&mut world, 60);
     assert_eq!(world.bodies[0].particles.len(), 50);
-    let emission = world.bodies[0].particles.emission.clone();
+    let emission = world.bodies[0].particles.emission.grains;
     assert_eq!((emission.emitted(), emission.waiting()), (49, 551));
     let effects = &mut world.bodies[0].effects;
     effects.emitter.as_mut().expect("present").lifetime = of(0.5);
@@ -197,7 +197,7 @@ fn a_full_body_stays_full_and_a_lifetime_makes_room() {
     // All but those of the last half second are gone, and the opening is free again.
     let body = &world.bodies[0];
     assert!(body.particles.len() <= 50);
-    assert!(body.particles.emission.emitted() > 49);
+    assert!(body.particles.emission.grains.emitted() > 49);
     assert!(body.particles.position(0).x < 50.0, "the seed is gone");
 }
 
@@ -364,9 +364,9 @@ fn a_grain_that_waits_tries_other_places_in_each_tick() {
     settings.gravity = Vec3::ZERO;
     let mut world = world_of(settings, seed_body(emitting(own)));
     run(&mut world, 20);
-    let early = world.bodies[0].particles.emission.emitted();
+    let early = world.bodies[0].particles.emission.grains.emitted();
     run(&mut world, 600);
-    let late = world.bodies[0].particles.emission.emitted();
+    let late = world.bodies[0].particles.emission.grains.emitted();
     assert!(
         late > early,
         "{early} grains after 20 ticks, {late} after 620"

@@ -43,7 +43,7 @@ pub struct Particles {
     /// Rotation of the [grains](crate::Grains) that rotate: radius times angular velocity in xyz
     /// [m/s], the radius in w [m]; empty for all others, and until the first tick.
     pub spins: Vec<Vec4>,
-    /// What an [`Emitter`](crate::Emitter) has emitted.
+    /// What its emitters have emitted, and where it comes from if it is a copy of a body.
     pub emission: Emission,
     /// Angular momentum about the center of mass at the start of the substep [kg·m²/s], if it is
     /// conserved.
@@ -184,6 +184,12 @@ impl Particles {
         let carry = (wide(self.carry[i]) + by).as_vec3();
         self.carry[i] = carry.extend(0.0);
         self.displacements[i] = (carry.as_dvec3() + motion).as_vec3().extend(0.0);
+    }
+
+    /// Moves a pinned particle within a substep [m], after its first stage.
+    pub fn move_pin(&mut self, i: usize, by: DVec3) {
+        let u = wide(self.displacements[i]) + by;
+        self.displacements[i] = u.as_vec3().extend(0.0);
     }
 
     /// Something outside of the body turns it: its angular momentum is not

@@ -26,7 +26,7 @@ use crate::{
     scene::{self, BuiltScene, CameraSpec, CurrentScene, registry::SCENES},
     simulation::{
         Pins, SimulationClock,
-        plain::{self, bodies_in_order},
+        plain::{self, lasting_bodies},
     },
 };
 use bevy::{
@@ -251,7 +251,7 @@ fn lost(world: &mut World, beginning: &BuiltScene) -> Vec<String> {
         1 => format!("1 {one}"),
         count => format!("{count} {more}"),
     };
-    let bodies = bodies_in_order(world);
+    let bodies = lasting_bodies(world);
     let pins = bodies.iter().filter_map(|body| world.get::<Pins>(*body));
     let pins: usize = pins.map(|pins| pins.len()).sum();
     let at_start = &beginning.world.bodies;

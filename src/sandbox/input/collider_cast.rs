@@ -1,7 +1,7 @@
 //! Ray casts against colliders.
 
 use crate::{
-    render::hit,
+    simulation::query::hit,
     solver::{Collider, ColliderShape, Pose},
 };
 use bevy::prelude::*;

@@ -6,7 +6,7 @@
 
 use super::collider_cast::{self, ColliderHit};
 use crate::{
-    render::{Drawn, SoftBodyHit, SoftBodyRayCast},
+    render::{Drawn, SoftBodyRayCast},
     sandbox::{
         render::{camera::OrbitCamera, overlay::Screen, pin_marks},
         state::collider::shown_pose,
@@ -16,7 +16,7 @@ use crate::{
             view::{Hovered, HoveredPin, ViewSettings},
         },
     },
-    simulation::{Pins, SimulationClock, SoftBody},
+    simulation::{Pins, SimulationClock, SoftBody, SoftBodyHit},
     solver::{Collider, SurfacePoint, VertexIndex},
 };
 use bevy::{

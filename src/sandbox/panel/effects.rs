@@ -171,8 +171,8 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
                 .color(theme::of(ui).weak);
             let response = ui.add(Label::new(text).wrap()).on_hover_text(match done {
                 Done::Emitted { .. } => {
-                    "How many have left the emitter, and how many are due and wait for a free place \
-                     or for room within the capacity"
+                    "Grains or copies that were emitted, and those that are due and wait for a free \
+                     place, or grains for room within the capacity"
                 }
                 Done::Split(_) => "Particles that were split by tearing or cutting",
             });

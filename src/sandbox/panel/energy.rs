@@ -178,14 +178,14 @@ fn words(row: &str) -> (&'static str, &'static str) {
             "Energy removed or added while collapsed elements recover their rest shape",
         ),
         "torn" => (
-            "Tearing",
+            "Tearing and cutting",
             "Energy of edges that were doubled along cracks, less that of folds and joints that \
              broke. The energy of a crack itself goes into motion, which dissipates.",
         ),
         _ => (
             "Edits and sleep",
-            "Changes between ticks: edited parameters, bodies added, removed or deformed, bodies \
-             that fell asleep",
+            "Changes between ticks: edited parameters, bodies added, removed or deformed, also by \
+             emitters and sinks, bodies that fell asleep",
         ),
     }
 }

@@ -343,7 +343,11 @@ fn done(world: &World, effect: &str, shown: &[Entity]) -> Option<Done> {
             let own = bodies.filter(emits);
             let each = own.filter_map(|body| {
                 let emission = &body.get::<Particles>()?.emission;
-                Some((emission.emitted(), emission.waiting()))
+                let flow = match effect {
+                    Emitter::NAME => emission.grains,
+                    _ => emission.copies,
+                };
+                Some((flow.emitted(), flow.waiting()))
             });
             let sum = each.reduce(|all, one| (all.0 + one.0, all.1 + one.1));
             sum.map(|(emitted, waiting)| Done::Emitted { emitted, waiting })

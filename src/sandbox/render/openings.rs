@@ -4,7 +4,7 @@ use super::overlay::{LINE, OverlaySystems, Screen, painter};
 use crate::{
     sandbox::{render::camera::OrbitCamera, state::look::HiddenBody},
     simulation::SoftBody,
-    solver::{BodyEmitter, Emitter, Finite, Sink},
+    solver::{BodyEmitter, Emitter, Finite, Particles, Sink},
 };
 use bevy::prelude::*;
 use bevy_egui::{
@@ -37,7 +37,7 @@ fn paint(
         (Option<&Emitter>, Option<&BodyEmitter>),
         (With<SoftBody>, Without<HiddenBody>),
     >,
-    sinks: Query<&Sink, Without<HiddenBody>>,
+    sinks: Query<(&Sink, &Particles), Without<HiddenBody>>,
 ) -> Result {
     let painter = painter(contexts.ctx_mut()?);
     let (camera, eye) = *camera;
@@ -71,7 +71,10 @@ fn paint(
             line(tip, tip + (side - axis) * radius * 0.4, SOURCE);
         }
     }
-    for sink in &sinks {
+    // Copies have the sink of their source.
+    let own = |(sink, body): (_, &Particles)| body.emission.source().is_none().then_some(sink);
+    let sinks: Vec<&Sink> = sinks.iter().filter_map(own).collect();
+    for sink in sinks {
         let center = Finite::vector([sink.x, sink.y, sink.z]).as_vec3();
         let half = Vec3::new(sink.size_x.get(), sink.size_y.get(), sink.size_z.get()) / 2.0;
         let corner = |i: usize| {

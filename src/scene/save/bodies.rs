@@ -51,7 +51,9 @@ impl Definition {
     }
 
     fn now<'a>(&'a self, now: &'a BuiltScene) -> Vec<Now<'a>> {
-        let bodies = now.world.bodies.iter().enumerate();
+        // The emitter makes its copies again.
+        let lasts = |(_, body): &(usize, &Body)| body.particles.emission.source().is_none();
+        let bodies = now.world.bodies.iter().enumerate().filter(lasts);
         let found = bodies.map(|(index, body)| {
             let order = now.places.as_ref().and_then(|it| it.bodies.get(index));
             let order = order.map_or(index as u64 + 1, |order| order.get());

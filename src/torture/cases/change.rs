@@ -161,7 +161,7 @@ pub const SPRAYED: Case = Case {
     during: nothing,
     judge: |run| {
         let grains = &run.end.bodies[1];
-        let emission = &grains.particles.emission;
+        let emission = &grains.particles.emission.grains;
         // 60 ticks per second.
         let due = (run.end.tick as f64 * 1e5 / 60.0).floor();
         let counted = (emission.emitted() + emission.waiting()) as f64;

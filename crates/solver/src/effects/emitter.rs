@@ -86,22 +86,30 @@ impl Default for Emitter {
     }
 }
 
-/// State of an [`Emitter`] or a [`BodyEmitter`](crate::BodyEmitter) on a body, and where a copy comes
-/// from.
+/// State of the emitters of a body, and where it comes from if it is a copy.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Emission {
-    /// Ticks since the effect was added.
-    ticks: u64,
-    /// Grains or copies that were due.
+    /// Of its [`Emitter`].
+    pub grains: Flow,
+    /// Of its [`BodyEmitter`](crate::BodyEmitter).
+    pub copies: Flow,
+    /// Age of each grain [ticks].
+    ages: Vec<u32>,
+    /// The emitter of bodies that it comes from.
+    pub(crate) origin: Option<Origin>,
+}
+
+/// What an emitter has emitted, and what is due.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Flow {
+    /// Ticks in which it acted.
+    pub(crate) ticks: u64,
+    /// How many were due.
     due: u64,
-    /// Grains or copies that were emitted.
+    /// How many were emitted.
     emitted: u64,
     /// Part of the next one that is due, as a multiple of 1/f in fixed point.
     phase: u64,
-    /// Age of each particle [ticks].
-    ages: Vec<u32>,
-    /// Emitter of bodies that the body comes from.
-    pub(crate) origin: Option<Origin>,
 }
 
 /// Where a copy of a body comes from.
@@ -109,8 +117,27 @@ pub struct Emission {
 pub(crate) struct Origin {
     /// Number of the body with the emitter, from 0, in the order of spawning.
     pub source: u32,
-    /// Age of the copy [ticks].
-    pub age: u32,
+    /// [`Flow::ticks`] of the emitter when the copy left it.
+    pub birth: u64,
+}
+
+impl Flow {
+    /// How many were emitted.
+    #[must_use]
+    pub const fn emitted(&self) -> u64 {
+        self.emitted
+    }
+
+    /// How many are due and wait for a place.
+    #[must_use]
+    pub const fn waiting(&self) -> u64 {
+        self.due - self.emitted
+    }
+
+    /// Drops what waits.
+    pub(crate) fn drop_waiting(&mut self) {
+        self.due = self.emitted;
+    }
 }
 
 /// Places that are tried for a grain in a tick.
@@ -123,12 +150,6 @@ const UNIT: f64 = 1.0 / 1_048_576.0;
 const MIN_RADIUS: f64 = 0.1;
 
 impl Emission {
-    /// Number of grains or copies that were emitted.
-    #[must_use]
-    pub const fn emitted(&self) -> u64 {
-        self.emitted
-    }
-
     /// Number of the body that this one is a copy of, from 0, in the order of spawning; `None` if it
     /// was not emitted, or that one was removed.
     #[must_use]
@@ -142,12 +163,6 @@ impl Emission {
         if let Some(origin) = &mut self.origin {
             origin.source -= u32::from(origin.source > number);
         }
-    }
-
-    /// Number of grains or copies that are due and wait for a place.
-    #[must_use]
-    pub const fn waiting(&self) -> u64 {
-        self.due - self.emitted
     }
 
     /// Memory use in bytes.
@@ -179,7 +194,8 @@ impl Renewing<'_> {
             .collect();
         let births = self.emitter.map_or_else(Vec::new, |emitter| {
             let mut space = None;
-            emitter.births(emission, kept.len(), settings, |birth| {
+            let flow = &mut emission.grains;
+            emitter.births(flow, kept.len(), settings, |birth| {
                 let present = kept.iter().map(|&i| i as usize);
                 let present = present.map(|i| (at(i), f64::from(radii[i])));
                 let space = space.get_or_insert_with(|| Space::of(emitter, present, settings));
@@ -235,34 +251,42 @@ impl Emitter {
         self.lifetime.get() < f32::INFINITY || (has_room && self.rate.get() > 0.0)
     }
 
+    /// Largest distance from the center of the opening at the end of the tick in which something leaves
+    /// it [m].
+    pub(crate) fn way(&self, settings: &Settings) -> f64 {
+        let seconds = settings.tick_seconds();
+        let fall = settings.gravity.as_dvec3().length() * seconds;
+        f64::from(self.opening.get()) + (f64::from(self.speed.get()) + fall) * seconds
+    }
+
     /// What is emitted in a tick, beside a number of those that are `present`. `take` takes the place of
     /// one, unless it is not free.
     pub(crate) fn births(
         &self,
-        emission: &mut Emission,
+        flow: &mut Flow,
         present: usize,
         settings: &Settings,
         mut take: impl FnMut(&Birth) -> bool,
     ) -> Vec<Birth> {
-        emission.ticks += 1;
-        let waiting = emission.waiting();
-        let before = emission.phase;
+        flow.ticks += 1;
+        let waiting = flow.waiting();
+        let before = flow.phase;
         let [rate, ticks] =
             [f64::from(self.rate.get()), settings.rate.get()].map(|it| (it / UNIT).round() as u64);
-        emission.phase += rate;
-        emission.due += emission.phase / ticks;
-        emission.phase %= ticks;
+        flow.phase += rate;
+        flow.due += flow.phase / ticks;
+        flow.phase %= ticks;
         let room = (self.capacity.get() as usize).saturating_sub(present);
         let mut births = Vec::new();
-        while births.len() < room && emission.waiting() > 0 {
+        while births.len() < room && flow.waiting() > 0 {
             // Fraction of the tick that was left when the grain was due; `None` if it waited.
             let left = (births.len() as u64).checked_sub(waiting).map(|new| {
                 let due = ((new + 1) * ticks).saturating_sub(before);
                 1.0 - due as f64 / rate as f64
             });
-            let number = emission.emitted;
+            let number = flow.emitted;
             // One that waited tries other places in each tick.
-            let tick = left.map_or(emission.ticks, |_| 0);
+            let tick = left.map_or(flow.ticks, |_| 0);
             let birth = (1..=TRIES)
                 .map(|attempt| self.birth([number, attempt, tick], left, settings))
                 .find(&mut take);
@@ -270,7 +294,7 @@ impl Emitter {
                 break;
             };
             births.push(birth);
-            emission.emitted += 1;
+            flow.emitted += 1;
         }
         births
     }
@@ -327,10 +351,7 @@ impl Space {
         let present: Vec<_> = present.collect();
         let largest = present.iter().fold(0.0, |all: f64, (_, r)| all.max(*r));
         let cell = 2.0 * largest.max(emitter.radius.get().into());
-        let seconds = settings.tick_seconds();
-        let fall = settings.gravity.as_dvec3().length() * seconds;
-        let way = (f64::from(emitter.speed.get()) + fall) * seconds;
-        let reach = f64::from(emitter.opening.get()) + way + cell;
+        let reach = emitter.way(settings) + cell;
         let center = Finite::vector([emitter.x, emitter.y, emitter.z]);
         let mut space = Self {
             cell,

@@ -38,7 +38,7 @@ pub mod all {
     pub use super::{
         bend::Bend,
         body_emitter::BodyEmitter,
-        emitter::{Emission, Emitter},
+        emitter::{Emission, Emitter, Flow},
         grab::{Glide, Grab, GrabState, Hold, SurfacePoint},
         grains::{Grains, GrainsState},
         isometric_bend::IsometricBend,
@@ -135,8 +135,8 @@ macro_rules! effects {
                     Plasticity plasticity "Strain beyond the yield strain becomes permanent.";
                     Tear tear "Elements that carry too much break.";
                     Emitter emitter "Grains flow out of an opening.";
-                    BodyEmitter body_emitter "Copies of the body leave an opening.";
-                    Sink sink "Grains in a box disappear, and bodies whose center is in it.";
+                    BodyEmitter body_emitter "Emits copies of the body from a round opening.";
+                    Sink sink "Removes grains and whole bodies in a box.";
                 }
             }
         }

@@ -35,7 +35,7 @@ impl World {
         if !self.bodies.iter().any(|it| it.effects.changes_bodies()) {
             return;
         }
-        for number in emission::gone(&mut self.bodies, &self.settings)
+        for number in emission::gone(&self.bodies, &self.settings)
             .into_iter()
             .rev()
         {
@@ -57,8 +57,8 @@ impl World {
                 stitches: source.stitches(),
                 effects: source.effects,
             };
-            let emitted = source.emission.emitted();
-            let copies = template.copies((number as u32, emitted), &births);
+            let flow = source.emission.copies;
+            let copies = template.copies(number as u32, &flow, &births);
             let copies: Vec<_> = copies.map(|copy| Body::of(&copy)).collect();
             for copy in copies {
                 let number = self.bodies.len() as u32;

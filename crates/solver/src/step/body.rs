@@ -321,8 +321,8 @@ pub fn restore_at_rest(particles: &mut Particles, finite: &[Vec4]) {
     particles.settle();
 }
 
-/// The bodies that are in two states of a scene, by their names, in order. Emitters and sinks add and
-/// remove bodies.
+/// The bodies that are in two states of a scene, by their names; equal names in order. Emitters and sinks
+/// add and remove bodies.
 #[must_use]
 pub fn in_both<'a>(one: &'a [Body], other: &'a [Body]) -> Vec<(&'a Body, &'a Body)> {
     let mut later = other;

@@ -1,11 +1,11 @@
-//! Bodies that appear and disappear between ticks: copies from [emitters of bodies](BodyEmitter), and
+//! Bodies that appear and disappear between ticks: copies from [emitters of bodies](crate::BodyEmitter), and
 //! bodies in a [sink](crate::Sink).
 //!
 //! The plain world, the reference and the ECS keep their bodies differently. They share what is decided
 //! here: which bodies disappear, and which copies appear where.
 
 use crate::{
-    Body, BodyEmitter, Capacity, Density, Effects, Emission, Emitter, Mass, Settings, StitchEnd,
+    Body, Capacity, Density, Effects, Emission, Emitter, Finite, Flow, Mass, Settings, StitchEnd,
     Stitches, Topology, VertexIndex,
     effects::emitter::Origin,
     topology::{Birth, Dimension},
@@ -60,41 +60,61 @@ impl Effects {
     }
 }
 
-/// Ends a tick of copies and sinks: the numbers of the bodies that disappear, in ascending order.
-pub fn gone(bodies: &mut [impl Present], settings: &Settings) -> Vec<u32> {
-    let lifetime = |body: &_| {
-        let emitter: Option<BodyEmitter> = Present::effects(body).body_emitter;
-        emitter.map(|it| f64::from(it.lifetime.get()))
+/// The numbers of the bodies that disappear at the end of a tick, in ascending order.
+#[must_use]
+pub fn gone(bodies: &[impl Present], settings: &Settings) -> Vec<u32> {
+    let is_old = |origin: &Origin| {
+        let source = bodies.get(origin.source as usize)?;
+        // Without its emitter, a copy does not age.
+        let lifetime = source.effects().body_emitter?.lifetime;
+        let ticks = (source.emission().copies.ticks + 1).saturating_sub(origin.birth);
+        Some(ticks as f64 * settings.tick_seconds() >= f64::from(lifetime.get()))
     };
-    let lifetimes: Vec<Option<f64>> = bodies.iter().map(lifetime).collect();
-    let is_gone = |body: &mut _| {
-        let origin = &mut Present::emission_mut(body).origin;
-        let is_old = origin.as_mut().is_some_and(|origin| {
-            let lifetime = lifetimes.get(origin.source as usize).copied().flatten();
-            // Without its emitter, it does not age.
-            lifetime.is_some_and(|lifetime| {
-                origin.age = origin.age.saturating_add(1);
-                f64::from(origin.age) * settings.tick_seconds() >= lifetime
-            })
-        });
-        is_old || is_sunk(body)
+    let is_gone = |body: &&_| {
+        let origin = Present::emission(*body).origin.as_ref();
+        origin.and_then(is_old).unwrap_or(false) || is_sunk(*body)
     };
-    let gone: Vec<bool> = bodies.iter_mut().map(is_gone).collect();
-    (0..)
-        .zip(gone)
-        .filter_map(|(number, gone)| gone.then_some(number))
-        .collect()
+    let numbered = (0..).zip(bodies);
+    let gone = numbered.filter(|(_, body)| is_gone(body));
+    gone.map(|(number, _)| number).collect()
 }
 
 /// Whether a body is in its sink; not if it is of grains, or has an emitter.
 fn is_sunk(body: &impl Present) -> bool {
     let effects = body.effects();
-    let Some(sink) = effects.sink.filter(|_| effects.body_emitter.is_none()) else {
+    let sinks = effects.body_emitter.is_none() && body.topology().radii.is_empty();
+    let Some(sink) = effects.sink.filter(|_| sinks) else {
         return false;
     };
     let particles = body.topology().particles();
     let sum: DVec3 = (0..particles).map(|i| body.at(i)).sum();
-    body.topology().radii.is_empty() && sink.contains(sum / particles as f64)
+    sink.contains(sum / particles as f64)
+}
+
+/// Whether a body may have rested on another one that disappears: their boxes meet, with the
+/// thicknesses of their contact.
+#[must_use]
+pub fn rested_on(body: &impl Present, gone: &impl Present) -> bool {
+    let boxes = around(body).zip(around(gone));
+    boxes.is_some_and(|([from, to], [low, high])| from.cmple(high).all() && to.cmpge(low).all())
+}
+
+/// The box around a body with contact, with its thickness [m].
+fn around(body: &impl Present) -> Option<[DVec3; 2]> {
+    let thickness = thickness(body)?;
+    let first = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let places = (0..body.topology().particles()).map(|i| body.at(i));
+    let [low, high] = places.fold(first, |[low, high], x| [low.min(x), high.max(x)]);
+    Some([low - thickness, high + thickness])
+}
+
+/// Thickness of the contact of a body with others, and the radius of its largest grain [m]; `None`
+/// without contact.
+fn thickness(body: &impl Present) -> Option<f64> {
+    let topology = body.topology();
+    let mean_edge = topology.surface().mean_edge;
+    let thickness = body.effects().contact_thickness(mean_edge)?;
+    Some(f64::from(thickness + topology.largest_radius()))
 }
 
 /// The copies of body `number` that leave its emitter at the end of a tick.
@@ -107,15 +127,19 @@ pub fn births(bodies: &mut [impl Present], number: usize, settings: &Settings) -
     let most = MAX_PARTICLES / own.topology().particles();
     let capacity = (emitter.capacity.get() as usize).min(most).max(1);
     emitter.capacity = Capacity::of(capacity as u32);
-    let mut emission = own.emission().clone();
+    let mut flow = own.emission().copies;
     let is_copy = |body: &&_| Present::emission(*body).source() == Some(number as u32);
     let present = bodies.iter().filter(is_copy).count();
     let mut space = None;
-    let births = emitter.births(&mut emission, present, settings, |birth| {
-        let space = space.get_or_insert_with(|| Space::of(bodies, number));
+    let births = emitter.births(&mut flow, present, settings, |birth| {
+        let space = space.get_or_insert_with(|| Space::of(bodies, number, &emitter, settings));
         space.take(birth.position)
     });
-    *bodies[number].emission_mut() = emission;
+    if present + births.len() >= capacity {
+        // What is due while there is no room for it would all come at once.
+        flow.drop_waiting();
+    }
+    bodies[number].emission_mut().copies = flow;
     births
 }
 
@@ -137,32 +161,35 @@ pub struct Template<'a> {
 }
 
 impl Template<'_> {
-    /// The copies of body `number` for these births, of which `emitted` were emitted up to the last.
-    pub fn copies(
-        &self,
-        (number, emitted): (u32, u64),
-        births: &[Birth],
-    ) -> impl Iterator<Item = Body> {
-        let first = emitted + 1 - births.len() as u64;
+    /// The copies of body `number` for these births, the last ones of what it has emitted.
+    pub fn copies(&self, number: u32, flow: &Flow, births: &[Birth]) -> impl Iterator<Item = Body> {
+        let first = flow.emitted() + 1 - births.len() as u64;
+        let birth_tick = flow.ticks;
+        // Without the plastic flow of the source.
+        let topology = self.topology.original().unwrap_or(self.topology);
         (first..).zip(births).map(move |(copy, birth)| {
-            let name = format!("{} {copy}", self.name);
-            let mut body = Body::new(name, Arc::clone(self.topology), self.density);
+            // Bodies that users add have a number alone.
+            let name = format!("{} #{copy}", self.name);
+            let mut body = Body::new(name, Arc::clone(topology), self.density);
             body.added_mass = self.added_mass.to_vec();
             body.update_masses();
             body.effects = Effects {
+                emitter: None,
                 body_emitter: None,
                 grab: None,
                 ..self.effects
             };
             body.stitches = self.stitches.clone();
-            body.stitches
-                .retain_mut(|stitch| matches!(stitch.to, StitchEnd::Point(_)));
-            let center = middle(self.topology);
+            body.stitches.retain_mut(|stitch| {
+                stitch.broken = false;
+                matches!(stitch.to, StitchEnd::Point(_))
+            });
+            let center = middle(topology);
             body.particles.translate(birth.position - center);
             body.set_velocity(birth.velocity.as_vec3());
             body.particles.emission.origin = Some(Origin {
                 source: number,
-                age: 0,
+                birth: birth_tick,
             });
             body.tick_start = body.particles.only_positions();
             body
@@ -182,35 +209,38 @@ struct Space {
     blocks: bool,
     /// Half the size of the box of a copy, with the thickness of its contact [m].
     half: DVec3,
-    /// Lowest and highest corner of each box [m].
+    /// Lowest and highest corner of the boxes of all copies that can leave [m].
+    reach: [DVec3; 2],
+    /// Those of each box in it.
     taken: Vec<[DVec3; 2]>,
 }
 
 impl Space {
-    /// Around copies of body `number`.
-    fn of(bodies: &[impl Present], number: usize) -> Self {
+    /// Around the opening of an emitter of body `number`.
+    fn of(bodies: &[impl Present], number: usize, emitter: &Emitter, settings: &Settings) -> Self {
         let own = &bodies[number];
         let (low, high) = crate::topology::bounds(own.topology().rest.iter().copied());
+        let half = (high.as_dvec3() - low.as_dvec3()) / 2.0 + thickness(own).unwrap_or(0.0);
+        let way = emitter.way(settings);
+        let center = Finite::vector([emitter.x, emitter.y, emitter.z]);
         let mut space = Self {
-            blocks: false,
-            half: (high.as_dvec3() - low.as_dvec3()) / 2.0,
+            blocks: own.effects().contact.is_some(),
+            half,
+            reach: [center - half - way, center + half + way],
             taken: Vec::new(),
         };
-        let Some(contact) = own.effects().contact else {
-            return space;
-        };
-        space.blocks = true;
-        space.half += f64::from(contact.thickness.get());
-        for body in bodies {
-            if let Some(contact) = body.effects().contact {
-                space.add(body, contact.thickness.get().into());
+        if space.blocks {
+            for body in bodies {
+                if let Some(thickness) = thickness(body) {
+                    space.add(body, thickness);
+                }
             }
         }
         space
     }
 
     /// Adds the tetrahedra of a body with its thickness [m], or its triangles if it is a sheet, its edges
-    /// if it is a rope, or its grains.
+    /// if it is a rope, or its grains, as large as the largest.
     fn add(&mut self, body: &impl Present, thickness: f64) {
         let topology = body.topology();
         let mut add = |corners: &[u32], margin: f64| {
@@ -219,7 +249,11 @@ impl Space {
                 let x = body.at(corner as usize);
                 [low.min(x), high.max(x)]
             });
-            self.taken.push([low - margin, high + margin]);
+            let [low, high] = [low - margin, high + margin];
+            let [from, to] = self.reach;
+            if low.cmple(to).all() && high.cmpge(from).all() {
+                self.taken.push([low, high]);
+            }
         };
         match topology.dimension {
             Dimension::Solid => {
@@ -229,8 +263,7 @@ impl Space {
             Dimension::Sheet => topology.triangles.iter().for_each(|it| add(it, thickness)),
             Dimension::Line => topology.edges.ends().for_each(|it| add(&it, thickness)),
             Dimension::Grains => {
-                let radii = (0..).zip(topology.radii.iter());
-                radii.for_each(|(i, radius)| add(&[i], thickness + f64::from(*radius)));
+                (0..topology.particles() as u32).for_each(|i| add(&[i], thickness))
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use super::{
     body::{CONTACT, JOINTS, restore_at_rest},
-    emission::{self, Template},
+    emission::{self, Template, rested_on},
     joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
 };
@@ -139,10 +139,9 @@ impl World {
         if !self.bodies.iter().any(|it| it.effects.changes_bodies()) {
             return;
         }
-        for number in emission::gone(&mut self.bodies, &self.settings)
-            .into_iter()
-            .rev()
-        {
+        let gone = emission::gone(&self.bodies, &self.settings);
+        let mut changes = !gone.is_empty();
+        for number in gone.into_iter().rev() {
             self.remove(number as usize);
         }
         for number in 0..self.bodies.len() {
@@ -156,13 +155,20 @@ impl World {
                 stitches: &source.stitches,
                 effects: source.effects,
             };
-            let emitted = source.particles.emission.emitted();
-            let copies: Vec<_> = template.copies((number as u32, emitted), &births).collect();
+            let flow = source.particles.emission.copies;
+            let copies: Vec<_> = template.copies(number as u32, &flow, &births).collect();
+            changes |= !copies.is_empty();
             self.bodies.extend(copies);
+        }
+        if changes {
+            self.contacts.invalidate();
+        }
+        if changes {
+            self.contacts.invalidate();
         }
     }
 
-    /// Removes a body. Stitches of others to it break, and these wake.
+    /// Removes a body. Stitches of others to it break; these and bodies that rested on it wake.
     ///
     /// # Panics
     /// If there is no body of this number, from 0.
@@ -180,6 +186,9 @@ impl World {
             }
         }
         for body in &mut self.bodies {
+            if body.asleep && rested_on(body, &gone) {
+                body.wake();
+            }
             body.particles.emission.forget_body(number as u32);
             if body.stitches.forget_body(number as u32) {
                 body.wake();

@@ -5,7 +5,7 @@ use crate::{
     scene::Look,
     simulation::{
         BodyDensity, Pins, SimulationSettings, SpawnOrder, action,
-        plain::{self, bodies_in_order, colliders_in_order},
+        plain::{self, colliders_in_order, lasting_bodies},
     },
     solver::{Collider, Density, Effects, Settings, VertexIndex},
 };
@@ -65,7 +65,7 @@ impl Baseline {
 
 impl Editable {
     fn of(world: &mut World) -> Self {
-        let bodies = bodies_in_order(world).into_iter().filter_map(|body| {
+        let bodies = lasting_bodies(world).into_iter().filter_map(|body| {
             let entity = world.entity(body);
             let mut pins = entity.get::<Pins>().map_or(Vec::new(), |it| it.0.clone());
             pins.sort_unstable();

@@ -140,9 +140,13 @@ impl ReferenceBodies {
             reference.world.settings = settings;
             reference.world.colliders.clone_from(&moment.colliders);
             let body = &mut reference.world.bodies[0];
-            // A reference that tears elsewhere could not be compared, so a torn body loses it.
+            // A reference that tears elsewhere could not be compared, so a torn body loses it. It is
+            // alone, and nothing comes or goes.
             body.carry(&Effects {
                 tear: None,
+                emitter: None,
+                body_emitter: None,
+                sink: None,
                 ..seen.effects
             });
             for (w, x) in body.w.iter_mut().zip(&seen.positions) {

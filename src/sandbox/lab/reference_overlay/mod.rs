@@ -21,7 +21,7 @@ pub use follow::Follower;
 
 use crate::{
     sandbox::state::selection::{Scope, Selection},
-    simulation::{SimulationClock, StepSchedule, StepSystems, plain::bodies_in_order},
+    simulation::{SimulationClock, StepSchedule, StepSystems, plain::lasting_bodies},
 };
 use bevy::{ecs::schedule::ScheduleCleanupPolicy, prelude::*};
 use bodies::{Comparison, Moment};
@@ -202,7 +202,7 @@ fn carry_out(world: &mut World) {
 /// Once per frame: receives comparisons, starts the references if necessary, and holds the clock
 /// while they are behind.
 fn attend(world: &mut World) {
-    let bodies = bodies_in_order(world);
+    let bodies = lasting_bodies(world);
     let scope = world.resource::<Selection>().0.clone();
     world.resource_scope(|world, mut reference_overlay: Mut<ReferenceOverlay>| {
         let comparisons = reference_overlay

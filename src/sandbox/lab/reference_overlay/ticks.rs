@@ -9,7 +9,7 @@ use crate::{
     simulation::{
         Action, Applied, Asleep, CurrentSubstep, Quarantined, SimulationClock, SimulationSettings,
         SolverThreads, TickStart,
-        plain::{self, bodies_in_order},
+        plain::{self, bodies_in_order, lasting_bodies},
     },
     solver::{self, Particles, Threads, step::joints::Joined},
 };
@@ -25,7 +25,8 @@ fn room(world: &World) -> f64 {
 /// Sends copies of the bodies to a new thread: of the selected body, or of all bodies sorted by
 /// distance from the camera.
 pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay) {
-    reference_overlay.bodies = bodies_in_order(world);
+    reference_overlay.bodies = lasting_bodies(world);
+    let entities = bodies_in_order(world);
     reference_overlay.chosen = world.resource::<Selection>().0.clone();
     let room = room(world);
     let eye = world
@@ -38,12 +39,13 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
     let joined = Joined::of(stitches, copy.bodies.len());
     let mut all: Vec<_> = std::mem::take(&mut copy.bodies)
         .into_iter()
-        .zip(reference_overlay.bodies.iter().copied())
+        .zip(entities)
         .zip(0..)
         .filter(|((body, entity), number)| {
             reference_overlay.chosen.contains(*entity)
                 && body.quarantine.is_none()
                 && !is_renewed(body)
+                && body.particles.emission.source().is_none()
                 // Each reference is alone: it would come off what it is stitched to.
                 && !joined.contains(*number)
         })
@@ -57,7 +59,7 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
     reference_overlay.began = copy.tick;
     if entities.is_empty() {
         reference_overlay.trouble =
-            Some("No body to compare: add a body, or restore one that diverged. Bodies with an emitter or a sink, and those that are stitched to others, have no reference.".to_owned());
+            Some("No body to compare: add a body, or restore one that diverged. Bodies of grains with an emitter, bodies with a sink, copies that were emitted, and bodies that are stitched to others have no reference.".to_owned());
         return;
     }
     match Follower::start(copy, entities, room) {

@@ -369,6 +369,13 @@ impl Contacts {
         }
     }
 
+    /// Bodies were added or removed: the same places may belong to others.
+    pub fn invalidate(&mut self) {
+        self.is_valid = false;
+        self.members.clear();
+        self.touching.clear();
+    }
+
     /// Begins a substep: finds near candidates.
     pub(crate) fn begin(
         &mut self,
@@ -849,14 +856,12 @@ struct NewMember<'a> {
 /// Parameters of a body by kind of contact, in a world with or without colliders that are meshes.
 fn params(body: &impl Tangible, has_meshes: bool) -> [Option<Params>; KINDS] {
     let Effects {
-        contact,
         self_contact,
         collide,
-        rod,
         ..
     } = body.effects();
-    let diameter = rod.map(|rod| 2.0 * rod.radius.get());
-    let contact = contact.map(|it| it.params().or_thickness(diameter));
+    let diameter = body.effects().rod_diameter();
+    let contact = body.effects().contact_params();
     let collide = collide.filter(|_| has_meshes);
     [
         contact,

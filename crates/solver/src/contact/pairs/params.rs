@@ -3,7 +3,7 @@
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Collide, Compliance, ContactThickness, Fraction, Friction, RecoverySpeed, Restitution,
+    Collide, Compliance, ContactThickness, Effects, Fraction, Friction, RecoverySpeed, Restitution,
 };
 use serde::{Deserialize, Serialize};
 
@@ -86,6 +86,25 @@ const THICKNESS: f32 = 0.1;
 
 /// Default thickness of a body without edges [m].
 const THICKNESS_OF_POINTS: f32 = 1e-3;
+
+impl Effects {
+    /// Diameter of a rod [m].
+    pub(super) fn rod_diameter(&self) -> Option<f32> {
+        self.rod.map(|rod| 2.0 * rod.radius.get())
+    }
+
+    /// Parameters of contact with other bodies.
+    pub(super) fn contact_params(&self) -> Option<Params> {
+        let params = self.contact.map(|it| it.params());
+        params.map(|it| it.or_thickness(self.rod_diameter()))
+    }
+
+    /// Thickness of contact with other bodies, for a surface with this mean edge [m]; `None` without
+    /// contact.
+    pub(crate) fn contact_thickness(&self, mean_edge: f32) -> Option<f32> {
+        Some(self.contact_params()?.thickness(mean_edge))
+    }
+}
 
 impl Params {
     /// With another default of the thickness [m].

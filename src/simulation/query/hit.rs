@@ -3,7 +3,6 @@
 //! Plain geometry on slices. A hit has the corners of a triangle with barycentric weights (or of a
 //! rope segment with two), not just the nearest vertex.
 
-use crate::render::Drawn;
 use bevy::prelude::*;
 
 /// Intersection of a ray with a surface.
@@ -17,34 +16,9 @@ pub struct Hit {
     pub weights: [f32; 3],
 }
 
-/// The nearest hit over all bodies. `reach` is the tolerance for ropes, per meter of distance
-/// [m/m].
-pub fn nearest<'a, Body>(
-    ray: Ray3d,
-    reach: f32,
-    bodies: impl Iterator<Item = (Body, &'a Drawn)>,
-) -> Option<(Body, Hit)> {
-    bodies
-        .filter_map(|(body, drawn)| {
-            let slack = reach * ray.origin.distance(drawn.center()) + drawn.outline.radius;
-            if !meets_box(ray, drawn.low - slack, drawn.high + slack) {
-                return None;
-            }
-            let surface = on_triangles(ray, &drawn.outline.triangles, &drawn.points);
-            let line = on_segments(
-                ray,
-                reach,
-                drawn.outline.radius,
-                &drawn.outline.segments,
-                &drawn.points,
-            );
-            let ball = on_balls(ray, &drawn.outline.radii, &drawn.points);
-            nearer(nearer(surface, line), ball).map(|hit| (body, hit))
-        })
-        .min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))
-}
-
-fn nearer(a: Option<Hit>, b: Option<Hit>) -> Option<Hit> {
+/// The nearer of two hits.
+#[must_use]
+pub fn nearer(a: Option<Hit>, b: Option<Hit>) -> Option<Hit> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.distance < a.distance { b } else { a }),
         (a, b) => a.or(b),
@@ -52,7 +26,8 @@ fn nearer(a: Option<Hit>, b: Option<Hit>) -> Option<Hit> {
 }
 
 /// Whether a ray meets an axis-aligned box (slab test).
-fn meets_box(ray: Ray3d, low: Vec3, high: Vec3) -> bool {
+#[must_use]
+pub fn meets_box(ray: Ray3d, low: Vec3, high: Vec3) -> bool {
     let inverse = ray.direction.as_vec3().recip();
     let (a, b) = ((low - ray.origin) * inverse, (high - ray.origin) * inverse);
     let enter = a.min(b).max_element();

@@ -1,0 +1,95 @@
+//! Pinned vertices that an app moves.
+//!
+//! Targets are components of an app, as [external forces](super::ExternalForce) are: scene files,
+//! snapshots and recordings do not contain them, and while any body has them, all bodies are stepped
+//! system by system.
+
+use super::Effect;
+use crate::{
+    simulation::{
+        Active, CurrentSubstep, EffectSystems, SoftBody, SubstepSchedule, plan::PinMotion,
+    },
+    solver::{Particles, VertexIndex},
+};
+use bevy::prelude::*;
+
+/// Where pinned vertices are at the end of the next tick [m]. They move there at constant velocity,
+/// evenly over the substeps, so that what hangs on them is pulled and not struck. Afterwards they stay
+/// until the targets change.
+///
+/// Vertices that are not in [`Pins`](crate::simulation::Pins) and targets that are not finite are
+/// ignored, the latter with an error in the log. A change wakes the body.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::{effect::PinTargets, prelude::*, simulation::tick};
+///
+/// let mut app = App::new();
+/// app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+/// let rope = SoftBody::rope(1.0, 20).pinned([0]).build();
+/// let rope = app.world_mut().spawn((rope, Stretch::default())).id();
+/// let start = app.world().get::<Particles>(rope).expect("a body has particles").position(0);
+/// let goal = start.as_vec3() + Vec3::Y * 0.1;
+/// app.world_mut().entity_mut(rope).insert(PinTargets::of(VertexIndex(0), goal));
+/// tick(app.world_mut());
+/// let now = app.world().get::<Particles>(rope).expect("a body has particles").position(0);
+/// assert!(now.as_vec3().distance(goal) < 1e-6);
+/// ```
+#[derive(Component, Debug, Clone, Default, PartialEq, Deref, DerefMut)]
+pub struct PinTargets(pub Vec<(VertexIndex, Vec3)>);
+
+impl PinTargets {
+    /// A target [m] for one vertex.
+    #[must_use]
+    pub fn of(vertex: VertexIndex, target: Vec3) -> Self {
+        Self(vec![(vertex, target)])
+    }
+
+    /// With a target [m] for another vertex.
+    #[must_use]
+    pub fn and(mut self, vertex: VertexIndex, target: Vec3) -> Self {
+        self.0.push((vertex, target));
+        self
+    }
+}
+
+impl Effect for PinTargets {
+    const NAME: &'static str = "pin_targets";
+    const TITLE: &'static str = "Pin targets";
+    const SUMMARY: &'static str = "Pinned vertices that the app moves.";
+    const HAS_OWN_ORDER: bool = true;
+    type State = ();
+
+    fn add_systems(schedules: &mut Schedules) {
+        let system = move_pins
+            .in_set(EffectSystems(Self::NAME))
+            .in_set(PinMotion);
+        schedules.add_systems(SubstepSchedule, system);
+    }
+}
+
+/// Moves pins by their part of the way in a substep.
+fn move_pins(
+    current: Res<CurrentSubstep>,
+    mut bodies: Query<(&SoftBody, &mut Particles, &PinTargets), Active>,
+) {
+    let left = current.step.count - current.step.index;
+    for (body, mut particles, targets) in &mut bodies {
+        for &(vertex, target) in &targets.0 {
+            if vertex.index() >= particles.len() {
+                continue;
+            }
+            if !target.is_finite() {
+                error_once!(
+                    "the target of pinned vertex {vertex} is {target} m: it must be finite"
+                );
+                continue;
+            }
+            let i = body.particle(vertex);
+            if particles.positions[i].w == 0.0 {
+                let way = target.as_dvec3() - particles.position(i);
+                particles.move_pin(i, way / f64::from(left));
+            }
+        }
+    }
+}
