@@ -142,10 +142,11 @@ macro_rules! plugins {
             }
         }
 
-        /// Says of each effect of the crate that is added to a body without its plugin that it does
-        /// nothing.
-        pub(crate) fn watch_for_missing_plugins(app: &mut App) {
+        /// Registers the types of all effects of the crate, and says of each that is added to a body
+        /// without its plugin that it does nothing.
+        pub(crate) fn know_effects(app: &mut App) {
             $(app.add_observer(registry::missing_plugin::<$effect>);)*
+            $(app.register_type::<$effect>();)*
             app.add_observer(registry::missing_plugin::<ExternalForce>);
             app.add_observer(registry::missing_plugin::<ExternalImpulse>);
             app.add_observer(registry::missing_plugin::<PinTargets>);

@@ -18,7 +18,7 @@ use bevy::prelude::*;
 /// until the targets change.
 ///
 /// Vertices that are not in [`Pins`](crate::simulation::Pins) and targets that are not finite are
-/// ignored, the latter with an error in the log. A change wakes the body.
+/// ignored, the latter with one error in the log. A change wakes the body.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -35,7 +35,8 @@ use bevy::prelude::*;
 /// let now = app.world().get::<Particles>(rope).expect("a body has particles").position(0);
 /// assert!(now.as_vec3().distance(goal) < 1e-6);
 /// ```
-#[derive(Component, Debug, Clone, Default, PartialEq, Deref, DerefMut)]
+#[derive(Component, Debug, Clone, Default, PartialEq, Deref, DerefMut, Reflect)]
+#[reflect(Component, Debug, Default, PartialEq)]
 pub struct PinTargets(pub Vec<(VertexIndex, Vec3)>);
 
 impl PinTargets {
@@ -72,6 +73,7 @@ impl Effect for PinTargets {
 fn move_pins(
     current: Res<CurrentSubstep>,
     mut bodies: Query<(&SoftBody, &mut Particles, &PinTargets), Active>,
+    mut has_said: Local<bool>,
 ) {
     let left = current.step.count - current.step.index;
     for (body, mut particles, targets) in &mut bodies {
@@ -80,9 +82,10 @@ fn move_pins(
                 continue;
             }
             if !target.is_finite() {
-                error_once!(
-                    "the target of pinned vertex {vertex} is {target} m: it must be finite"
-                );
+                if !*has_said {
+                    log::error!("the target of vertex {vertex} is {target} m, but must be finite");
+                    *has_said = true;
+                }
                 continue;
             }
             let i = body.particle(vertex);

@@ -6,7 +6,7 @@ use crate::{
     scene::BodySkin,
     simulation::{
         SoftBody, SoftBodyHit,
-        query::hit::{Hit, meets_box, nearer, on_balls, on_segments, on_triangles},
+        query::hit::{Hit, meets_box, on_balls, on_segments, on_triangles},
     },
     solver::{ParticleIndex, SurfacePoint, numbering::Numbering},
 };
@@ -99,6 +99,14 @@ fn nearest<'a, Body>(
             nearer(nearer(surface, line), ball).map(|hit| (body, hit))
         })
         .min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))
+}
+
+/// The nearer of two hits.
+fn nearer(a: Option<Hit>, b: Option<Hit>) -> Option<Hit> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.distance < a.distance { b } else { a }),
+        (a, b) => a.or(b),
+    }
 }
 
 /// The particles behind a hit: its corners, or the particles that carry the corners of a skin.

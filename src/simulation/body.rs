@@ -16,7 +16,9 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A soft body: its immutable part, shared with its copies.
-#[derive(Component, Debug, Clone, Deref)]
+#[derive(Component, Debug, Clone, Deref, Reflect)]
+#[reflect(opaque)]
+#[reflect(Component, Debug, Clone)]
 #[component(on_add = needs_plugin)]
 #[require(
     Particles,
@@ -47,15 +49,18 @@ fn needs_plugin(world: DeferredWorld, body: HookContext) {
 }
 
 /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope; default 1000.
-#[derive(Component, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]
+#[derive(Component, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut, Reflect)]
+#[reflect(Component, Debug, Default, PartialEq)]
 pub struct BodyDensity(pub Density);
 
 /// Pinned vertices.
-#[derive(Component, Debug, Clone, PartialEq, Eq, Default, Deref, DerefMut)]
+#[derive(Component, Debug, Clone, PartialEq, Eq, Default, Deref, DerefMut, Reflect)]
+#[reflect(Component, Debug, Default, PartialEq)]
 pub struct Pins(pub Vec<VertexIndex>);
 
 /// Masses in addition to the density's, by vertex.
-#[derive(Component, Debug, Clone, PartialEq, Default, Deref, DerefMut)]
+#[derive(Component, Debug, Clone, PartialEq, Default, Deref, DerefMut, Reflect)]
+#[reflect(Component, Debug, Default, PartialEq)]
 pub struct AddedMass(pub Vec<(VertexIndex, Mass)>);
 
 /// The state at the start of the tick under way, or of the last tick.

@@ -132,6 +132,11 @@ impl Plugin for SimulationPlugin {
             .add_message::<ContactStarted>()
             .add_message::<ContactEnded>()
             .add_message::<Applied>()
+            .register_type::<SoftBody>()
+            .register_type::<BodyDensity>()
+            .register_type::<Pins>()
+            .register_type::<AddedMass>()
+            .register_type::<crate::effect::PinTargets>()
             .add_observer(body::number_body)
             .add_observer(body::follow_mesh)
             .add_observer(crate::effect::body_added)
@@ -188,7 +193,7 @@ impl Plugin for SimulationPlugin {
                 StepSystems::End.run_if(step::between_ticks),
             ),
         );
-        crate::effect::watch_for_missing_plugins(app);
+        crate::effect::know_effects(app);
         if is_fixed(self.schedule) {
             let after = RunFixedMainLoopSystems::AfterFixedMainLoop;
             app.add_systems(RunFixedMainLoop, clock::look_ahead.in_set(after));

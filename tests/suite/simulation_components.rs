@@ -6,16 +6,18 @@ use crate::{
     },
     support_app::{app_of, cubes, systems_of_iteration, ticks},
 };
-use bevy::prelude::*;
+use bevy::{ecs::reflect::ReflectComponent, prelude::*};
 use pliant::{
-    effect::{Collide, Stretch, Volume},
-    simulation::{BodyDensity, Pins, SimulationSettings, SoftBody, plain, state_hash},
+    effect::{Collide, PinTargets, Stretch, Volume},
+    simulation::{
+        AddedMass, BodyDensity, Pins, SimulationSettings, SoftBody, plain, state_hash, tick,
+    },
     solver::{
         self, Collider, ColliderShape, Compliance, Density, EffectStates, Effects, ElasticKind,
         Particles, Pose, VertexIndex,
     },
 };
-use std::sync::Arc;
+use std::{any::TypeId, sync::Arc};
 
 /// A kilogram that hangs from an edge of a millimeter.
 fn hanging() -> solver::World {
@@ -209,4 +211,66 @@ fn the_order_of_bodies_is_that_in_which_they_came_whatever_they_carry() {
         .insert(Collide::default());
     ticks(&mut app, 1);
     assert_eq!(plain::bodies_in_order(app.world_mut()), bodies);
+}
+
+macro_rules! types {
+    (
+        { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
+        $stitches:ident $stitched:ident
+        { $($second:ident { $($kind2:ident $field2:ident $does2:literal;)* })* }
+        $grab:ident $grabbed:ident
+        { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
+    ) => {
+        /// The types of all effects.
+        fn types_of_effects() -> Vec<TypeId> {
+            vec![
+                $($(TypeId::of::<solver::$kind1>(),)*)*
+                $($(TypeId::of::<solver::$kind2>(),)*)*
+                $($(TypeId::of::<solver::$kind3>(),)*)*
+                TypeId::of::<solver::$stitches>(),
+                TypeId::of::<solver::$grab>(),
+            ]
+        }
+    };
+}
+
+pliant::solver::effects!(types);
+
+/// Inspectors, remote protocols and scenes of Bevy find the components by their types.
+#[test]
+fn components_are_registered_and_can_be_read_and_written_by_reflection() {
+    let (mut app, bodies, _) = app_of(&cubes());
+    let registry = app.world().resource::<AppTypeRegistry>().clone();
+    let registry = registry.read();
+    let mut types = types_of_effects();
+    types.extend([
+        TypeId::of::<SoftBody>(),
+        TypeId::of::<BodyDensity>(),
+        TypeId::of::<Pins>(),
+        TypeId::of::<AddedMass>(),
+        TypeId::of::<PinTargets>(),
+    ]);
+    for id in types {
+        let known = registry.get_type_data::<ReflectComponent>(id);
+        assert!(known.is_some(), "{:?}", registry.get_type_info(id));
+    }
+    let density = registry
+        .get_type_data::<ReflectComponent>(TypeId::of::<BodyDensity>())
+        .expect("registered");
+    let body = app.world().entity(bodies[0]);
+    let read = density.reflect(body).expect("a body has a density");
+    let read: &BodyDensity = read.as_any().downcast_ref().expect("its type");
+    assert_eq!(read.get(), 1000.0);
+    let denser = BodyDensity(Density::of(500.0));
+    let mut body = app.world_mut().entity_mut(bodies[0]);
+    density.apply(&mut body, &denser);
+    tick(app.world_mut());
+    let particles = app.world().get::<Particles>(bodies[0]).expect("a body");
+    let mass: f64 = particles
+        .positions
+        .iter()
+        .map(|x| 1.0 / f64::from(x.w))
+        .sum();
+    // 0.4³ m³; eight roundings to f32.
+    assert_relative(mass, 0.064 * 500.0, 1e-6, "mass in kg");
 }

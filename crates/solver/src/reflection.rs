@@ -9,11 +9,11 @@ pub(crate) use bevy_reflect::{
 
 use crate::quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, Compliance, ContactThickness, Creep,
-    Curl, Damping, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction,
-    GrainRadius, GrainRolling, Height, Length, Lifetime, MembraneCompliance, PieceSize,
-    PlasticLimit, PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius,
-    RollingResistance, SectionStiffness, Seed, Slack, Stiffness, Strain, Thickness, Toughness,
-    Twist, Yield, YoungsModulus,
+    Curl, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency,
+    Friction, GrainRadius, GrainRolling, Height, Length, Lifetime, Mass, MembraneCompliance,
+    PieceSize, PlasticLimit, PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution,
+    RodRadius, RollingResistance, SectionStiffness, Seed, Slack, Stiffness, Strain, Thickness,
+    Toughness, Twist, Yield, YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -59,3 +59,5 @@ impl_reflect_opaque!((in pliant::solver) Lifetime(Clone, Debug, Default, Partial
 impl_reflect_opaque!((in pliant::solver) Seed(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) GrainRadius(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) GrainRolling(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Density(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Mass(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

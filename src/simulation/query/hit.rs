@@ -16,15 +16,6 @@ pub struct Hit {
     pub weights: [f32; 3],
 }
 
-/// The nearer of two hits.
-#[must_use]
-pub fn nearer(a: Option<Hit>, b: Option<Hit>) -> Option<Hit> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(if b.distance < a.distance { b } else { a }),
-        (a, b) => a.or(b),
-    }
-}
-
 /// Whether a ray meets an axis-aligned box (slab test).
 #[must_use]
 pub fn meets_box(ray: Ray3d, low: Vec3, high: Vec3) -> bool {

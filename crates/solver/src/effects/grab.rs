@@ -12,6 +12,8 @@ mod patch;
 use super::body_effect::{
     BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, WorkOf,
 };
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
 use crate::{
     Compliance, Damping, Force, ParticleIndex, Topology, kernel::fit::MassFit, particles::Part,
     step::scope::WholeBody,
@@ -200,7 +202,13 @@ pub struct Glide {
 /// A grab of a body. Serialized without [`hold`](Self::hold) and [`glide`](Self::glide), as in the
 /// first versions of the formats.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(opaque),
+    reflect(Component, Clone, Debug, PartialEq),
+    type_path = "pliant::effect"
+)]
 pub struct Grab {
     /// The grabbed point.
     pub point: SurfacePoint,

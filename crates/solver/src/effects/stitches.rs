@@ -12,6 +12,8 @@
 //! it.
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
 use crate::{
     Compliance, Force, ParticleIndex, SurfacePoint, contact::collider::SweptCollider,
     particles::Part, step::scope::WholeBody,
@@ -87,7 +89,13 @@ pub enum StitchError {
 /// The stitches of a body, including broken ones: they are part of the state.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
-#[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(opaque),
+    reflect(Component, Clone, Debug, Default, PartialEq),
+    type_path = "pliant::effect"
+)]
 pub struct Stitches {
     all: Vec<Stitch>,
     /// λ of each.
