@@ -2,7 +2,7 @@
 //!
 //! A scene is RON. Anything that it does not name is not simulated. `Scene::load` loads one by the
 //! name of a built-in scene or the path of a file, [`Scene::build`] turns it into a plain
-//! [`solver::World`], [`spawn`] spawns that in Bevy, and [`run`](mod@run) steps it without a window
+//! [`World`](crate::solver::World), [`spawn`] spawns that in Bevy, and [`run`](mod@run) steps it without a window
 //! and checks its acceptance criteria.
 //!
 //! ```

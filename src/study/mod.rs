@@ -3,7 +3,7 @@
 //! A [`Problem`] is a scene with meshes from coarse to fine, an observed quantity, and a reference
 //! for it. A study solves problems at many settings and reports the cost and the error of each.
 //!
-//! **Two kinds of error.** *Solver error* is the distance of a result to the [converged] solution
+//! **Two kinds of error.** *Solver error* is the distance of a result to the [converged](mod@converge) solution
 //! on the same mesh: its static equilibrium, or the f64 reference with small steps. *Mesh error* is
 //! the distance of that converged solution to the continuum: a [closed form](Reference), or the
 //! limit of mesh refinement. Springs and volumes have no Young's modulus, so many solids have no

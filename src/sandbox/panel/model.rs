@@ -1,8 +1,8 @@
 //! The data that the panel shows, as plain types.
 //!
-//! The panel is a function from a [`PanelModel`] to a picture and a list of [`Request`]s. It holds
-//! no simulation state and does not depend on the ECS, so that it can be drawn and pressed in a
-//! test without a window.
+//! The panel is a function from a [`PanelModel`] to a picture and a list of
+//! [requests](crate::sandbox::state::request::Request). It holds no simulation state and does not
+//! depend on the ECS, so that it can be drawn and pressed in a test without a window.
 
 use super::{energy::EnergyTrack, history::History};
 use crate::{

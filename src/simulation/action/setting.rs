@@ -1,6 +1,6 @@
 //! World settings by name.
 
-/// Names, units and descriptions of the settings for [`Action::SetSetting`].
+/// Names, units and descriptions of the settings for [`Action::SetSetting`](super::Action::SetSetting).
 pub const SETTINGS: [(&str, &str, &str); 10] = [
     ("gravity_x", "m/s²", "gravity along x (right)"),
     ("gravity_y", "m/s²", "gravity along y (up)"),

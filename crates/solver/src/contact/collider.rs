@@ -4,7 +4,7 @@ use super::{ColliderMesh, ColliderShape, Path, Pose};
 use crate::{InvalidValue, Settings};
 use glam::{DVec3, Vec3};
 
-/// A rigid shape that bodies with [`Collide`] cannot enter. Contacts do not move it.
+/// A rigid shape that bodies with [`Collide`](crate::Collide) cannot enter. Contacts do not move it.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct Collider {

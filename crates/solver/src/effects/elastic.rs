@@ -164,7 +164,7 @@ macro_rules! kinds {
         /// The elastic effects, in the order in which they act within an iteration.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum ElasticKind {
-            $(#[doc = concat!("[`", stringify!($effect), "`].")] $effect,)*
+            $(#[doc = concat!("[`", stringify!($effect), "`](crate::", stringify!($effect), ").")] $effect,)*
         }
 
         impl ElasticKind {

@@ -59,8 +59,8 @@ pub struct ContactCounts {
     pub detections: u64,
 }
 
-/// Contacts of all bodies of a world that carry [`Contact`] or [`SelfContact`], and of those that
-/// carry [`Collide`](crate::Collide) with colliders that are meshes.
+/// Contacts of all bodies of a world that carry [`Contact`](crate::Contact) or
+/// [`SelfContact`](crate::SelfContact), and of those that carry [`Collide`](crate::Collide) with colliders that are meshes.
 ///
 /// A cache, not part of the state: without it a world continues with the same bits.
 #[derive(Debug, Default)]

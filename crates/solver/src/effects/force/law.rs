@@ -61,7 +61,7 @@ macro_rules! kinds {
         /// The forces, in the order in which they act.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum ForceKind {
-            $(#[doc = concat!("[`", stringify!($force), "`].")] $force,)*
+            $(#[doc = concat!("[`", stringify!($force), "`](crate::", stringify!($force), ").")] $force,)*
         }
 
         impl ForceKind {

@@ -19,7 +19,7 @@
 //!
 //! **Split.** At the end of a tick, the elements above their limits are treated in the order of
 //! their loads. Each splits one of its particles, the one whose elements are loaded most, along the
-//! plane through it across the largest stretch at rest, see [`Tearing`]. Elements around a particle
+//! plane through it across the largest stretch at rest, see [`Tearing`](crate::topology::Tearing). Elements around a particle
 //! that was split wait for the next tick, as they are relieved. No piece gets smaller than
 //! [`Tear::smallest_piece`].
 
