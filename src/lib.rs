@@ -90,7 +90,7 @@
 //!
 //! Apps push bodies with [`ExternalForce`](effect::ExternalForce) [N] and
 //! [`ExternalImpulse`](effect::ExternalImpulse) [N·s], and move pins with
-//! [`PinTargets`](effect::PinTargets) [m].
+//! [`PinTargets`](effect::PinTargets) [m] and points with [`Grabs`](effect::Grabs).
 //!
 //! # Sets
 //!
@@ -179,5 +179,6 @@ impl PluginGroup for SoftBodyPlugins {
             .add(effect::EffectPlugin::<effect::ExternalForce>::default())
             .add(effect::EffectPlugin::<effect::ExternalImpulse>::default())
             .add(effect::EffectPlugin::<effect::PinTargets>::default())
+            .add(effect::EffectPlugin::<effect::Grabs>::default())
     }
 }

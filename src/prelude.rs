@@ -3,9 +3,9 @@
 pub use crate::{
     SoftBodyPlugins,
     effect::{
-        Bend, Collide, Contact, Direct, ExternalForce, ExternalImpulse, Ground, IsometricBend,
-        Membrane, NeoHookean, PinTargets, Plasticity, Pressure, Rod, SelfContact, ShapeMatching,
-        StickyGround, StrainLimit, Stretch, Struts, Tethers, Volume, Weave, Wind,
+        Bend, Collide, Contact, Direct, ExternalForce, ExternalImpulse, Grabs, Ground,
+        IsometricBend, Membrane, NeoHookean, PinTargets, Plasticity, Pressure, Rod, SelfContact,
+        ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers, Volume, Weave, Wind,
     },
     simulation::{
         Action, Actions, BodyDensity, Pins, SimulationClock, SimulationSettings, SoftBody,

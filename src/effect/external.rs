@@ -4,7 +4,7 @@
 //! contain them. While any body has an [`ExternalForce`], all bodies are stepped system by system, as
 //! with effects of users, which is slower; impulses do not have this cost.
 
-use super::Effect;
+use super::{Effect, Grabs};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Quarantined, SoftBody, StepSchedule,
@@ -86,7 +86,7 @@ macro_rules! constructors {
 
 constructors! { ExternalForce "N" ExternalImpulse "N·s" }
 
-/// Moves the points of external forces and impulses to the particles of a body that was torn or
+/// Moves the points of grabs, external forces and impulses to the particles of a body that was torn or
 /// renewed; those that are gone are removed.
 pub(crate) fn follow_points(
     body: &mut EntityWorldMut,
@@ -100,6 +100,9 @@ pub(crate) fn follow_points(
     };
     if let Some(mut force) = body.get_mut::<ExternalForce>() {
         follow(&mut force.bypass_change_detection().points);
+    }
+    if let Some(mut grabs) = body.get_mut::<Grabs>() {
+        grabs.bypass_change_detection().follow(&now);
     }
     if let Some(mut impulse) = body.get_mut::<ExternalImpulse>() {
         follow(&mut impulse.bypass_change_detection().points);

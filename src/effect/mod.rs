@@ -76,6 +76,7 @@ mod emitter;
 mod external;
 mod force;
 mod grab;
+mod grabs;
 mod grains;
 mod ground;
 mod isometric_bend;
@@ -98,6 +99,7 @@ mod weave;
 
 pub(crate) use external::follow_points;
 pub use external::{ExternalForce, ExternalImpulse};
+pub use grabs::Grabs;
 pub use pin_targets::PinTargets;
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,
@@ -150,6 +152,7 @@ macro_rules! plugins {
             app.add_observer(registry::missing_plugin::<ExternalForce>);
             app.add_observer(registry::missing_plugin::<ExternalImpulse>);
             app.add_observer(registry::missing_plugin::<PinTargets>);
+            app.add_observer(registry::missing_plugin::<Grabs>);
         }
 
         impl PluginGroup for EffectPlugins {

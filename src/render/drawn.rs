@@ -144,6 +144,8 @@ pub struct Drawn {
     pub low: Vec3,
     /// Maximum corner of its bounding box [m].
     pub high: Vec3,
+    /// Origin of its mesh [m]: the mean of the particles of a body whose `Transform` follows it, else 0.
+    pub origin: Vec3,
     /// Drawn vertices, reused from frame to frame to avoid allocations.
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -183,7 +185,8 @@ impl Drawn {
             .draw(&self.points, &mut self.positions, &mut self.normals);
     }
 
-    /// Copies positions and normals into a mesh of [`Outline::mesh`], and returns its bounds.
+    /// Copies positions, from its origin, and normals into a mesh of [`Outline::mesh`], and returns its
+    /// bounds.
     pub fn write(&self, mesh: &mut Mesh) -> Aabb {
         for (attribute, values) in [
             (Mesh::ATTRIBUTE_POSITION, &self.positions),
@@ -193,6 +196,14 @@ impl Drawn {
                 into.clone_from(values);
             }
         }
-        Aabb::from_min_max(self.low, self.high)
+        if self.origin != Vec3::ZERO
+            && let Some(VertexAttributeValues::Float32x3(positions)) =
+                mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION)
+        {
+            for position in positions {
+                *position = (Vec3::from(*position) - self.origin).into();
+            }
+        }
+        Aabb::from_min_max(self.low - self.origin, self.high - self.origin)
     }
 }

@@ -11,8 +11,12 @@
 //!
 //! Every [`SoftBody`] gets a [`Mesh3d`]; give it a material (`MeshMaterial3d`) to see it. Each
 //! frame its surface is interpolated between the last two ticks and written into the mesh with its
-//! normals. A body that has not moved since the last frame costs nothing. Its [`Transform`] stays
-//! at the identity: positions are in world space.
+//! normals. A body that has not moved since the last frame costs nothing.
+//!
+//! A body that is spawned with a [`Transform`] starts there, turned and moved, also as a child of
+//! another entity. Afterwards its transform follows the mean of its particles, without turning, so
+//! that its children move with it; writing it does not move the body. The transform of a body that
+//! is spawned without one stays at the identity, and its mesh is in world space.
 
 mod attach;
 mod balls;
@@ -20,6 +24,7 @@ pub mod drawn;
 mod follow;
 mod from_mesh;
 pub mod gizmos;
+mod placement;
 mod ray_cast;
 mod surface;
 mod tube;
@@ -42,6 +47,7 @@ use bevy::{
     },
     prelude::*,
 };
+use placement::HasTransform;
 use std::sync::Arc;
 use surface::{CREASE, ROUND};
 
@@ -60,14 +66,24 @@ impl Plugin for SoftBodyMeshPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             PostUpdate,
-            (make, redraw, interpolate, upload, attach::attach)
+            (
+                make,
+                redraw,
+                interpolate,
+                upload,
+                placement::follow,
+                attach::attach,
+            )
                 .chain()
                 .in_set(MeshSystems)
                 .after(SoftBodySystems::Last)
                 .before(TransformSystems::Propagate)
                 .before(VisibilitySystems::CalculateBounds),
         )
-        .add_systems(PostUpdate, follow::follow.before(SoftBodySystems::First));
+        .add_systems(
+            PostUpdate,
+            (follow::follow, placement::place).before(SoftBodySystems::First),
+        );
     }
 }
 
@@ -184,7 +200,7 @@ fn interpolate(
         &SoftBody,
         Ref<Particles>,
         &TickStart,
-        Option<&BodySkin>,
+        (Option<&BodySkin>, Has<HasTransform>),
         Has<Asleep>,
         &mut Drawn,
         &mut Shown,
@@ -192,7 +208,7 @@ fn interpolate(
 ) {
     let fraction = clock.overstep();
     bodies.par_iter_mut().for_each(
-        |(body, particles, start, skin, asleep, mut drawn, mut shown)| {
+        |(body, particles, start, (skin, has_transform), asleep, mut drawn, mut shown)| {
             let still = shown.fraction == Some(fraction) || (asleep && shown.asleep);
             if still && !particles.is_changed() {
                 return;
@@ -200,6 +216,10 @@ fn interpolate(
             let between = start.positions.iter().zip(&particles.positions);
             let between = between.map(|(a, b)| a.lerp(*b, fraction));
             place(&mut drawn, body, skin, between);
+            if has_transform {
+                let sum: Vec3 = drawn.particles.iter().map(|x| x.truncate()).sum();
+                drawn.origin = sum / drawn.particles.len().max(1) as f32;
+            }
             *shown = Shown {
                 fraction: Some(fraction),
                 asleep,

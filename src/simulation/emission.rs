@@ -9,7 +9,7 @@ use super::{
 };
 use crate::solver::{
     BodyEmitter, Effects, Emission, Particles, Sink, Stitches, Topology,
-    emission::{self, Present, Template, rested_on},
+    emission::{self, Placed, Present, Template, around, meet},
     topology::Birth,
 };
 use bevy::prelude::*;
@@ -51,7 +51,7 @@ struct Emitting<'w, 's> {
     carried: CarriedItem<'w, 's>,
 }
 
-impl Present for Emitting<'_, '_> {
+impl Placed for Emitting<'_, '_> {
     fn effects(&self) -> Effects {
         self.carried.effects()
     }
@@ -60,16 +60,18 @@ impl Present for Emitting<'_, '_> {
         self.body
     }
 
+    fn at(&self, particle: usize) -> DVec3 {
+        self.particles.position(particle)
+    }
+}
+
+impl Present for Emitting<'_, '_> {
     fn emission(&self) -> &Emission {
         &self.particles.emission
     }
 
     fn emission_mut(&mut self) -> &mut Emission {
         &mut self.particles.bypass_change_detection().emission
-    }
-
-    fn at(&self, particle: usize) -> DVec3 {
-        self.particles.position(particle)
     }
 }
 
@@ -158,35 +160,45 @@ fn spawn(world: &mut World, (number, source): (u32, Entity), births: &[Birth]) -
     spawned.collect()
 }
 
+/// A body of the ECS that nothing changes.
+struct Resting<'w, 's>(&'w SoftBody, &'w Particles, CarriedItem<'w, 's>);
+
+impl Placed for Resting<'_, '_> {
+    fn effects(&self) -> Effects {
+        self.2.effects()
+    }
+
+    fn topology(&self) -> &Topology {
+        self.0
+    }
+
+    fn at(&self, particle: usize) -> DVec3 {
+        self.1.position(particle)
+    }
+}
+
 /// Wakes the bodies that rested on a removed one.
 pub(super) fn wake_above(
     removed: On<Remove, SoftBody>,
-    mut bodies: Query<(Entity, &SoftBody, &mut Particles, Carried, Has<Asleep>)>,
+    bodies: Query<(&SoftBody, &Particles, Carried)>,
+    sleepers: Query<(Entity, &SoftBody, &Particles, Carried), With<Asleep>>,
     mut commands: Commands,
 ) {
-    if !bodies.iter().any(|(.., is_asleep)| is_asleep) {
+    if sleepers.is_empty() {
         return;
     }
-    let mut gone = None;
-    let mut others = Vec::new();
-    for (entity, body, particles, carried, is_asleep) in &mut bodies {
-        let body = Emitting {
-            entity,
-            body,
-            particles,
-            carried,
-        };
-        match entity == removed.entity {
-            true => gone = Some(body),
-            false if is_asleep => others.push(body),
-            false => {}
-        }
-    }
+    let gone = bodies.get(removed.entity).ok();
+    let gone =
+        gone.and_then(|(body, particles, carried)| around(&Resting(body, particles, carried)));
     let Some(gone) = gone else {
         return;
     };
-    for body in others.iter().filter(|body| rested_on(*body, &gone)) {
-        if let Ok(mut entity) = commands.get_entity(body.entity) {
+    for (entity, body, particles, carried) in &sleepers {
+        let own = around(&Resting(body, particles, carried));
+        if entity != removed.entity
+            && own.is_some_and(|own| meet(own, gone))
+            && let Ok(mut entity) = commands.get_entity(entity)
+        {
             entity
                 .try_remove::<Asleep>()
                 .try_insert(RestTimer::default());

@@ -9,7 +9,7 @@ use super::{
     quarantine::quarantine,
 };
 use crate::{
-    effect,
+    effect::{self, Grabs},
     solver::{
         Collider, Emitter, Grab, Particles, Settings, SleepSettings, Substep, Threads,
         advance::{Stage, StepContext},
@@ -440,13 +440,21 @@ pub(super) fn postsolve(mut bodies: Bodies, mut commands: Commands) {
 
 /// Starts the next motion of each grab where it is: at its target, unless the tick ended early.
 pub(super) fn settle_grabs(
-    mut grabs: Query<(&mut Grab, &mut RestTimer)>,
+    mut grabs: Query<
+        (Option<&mut Grab>, Option<&mut Grabs>, &mut RestTimer),
+        Or<(With<Grab>, With<Grabs>)>,
+    >,
     under_way: Res<UnderWay>,
 ) {
     let tick = under_way.settings.tick_seconds() as f32;
-    for (mut grab, mut timer) in &mut grabs {
-        let early = under_way.ends_early().then(|| under_way.fraction());
-        grab.bypass_change_detection().end_tick(early, tick);
+    let early = under_way.ends_early().then(|| under_way.fraction());
+    for (grab, more, mut timer) in &mut grabs {
+        if let Some(mut grab) = grab {
+            grab.bypass_change_detection().end_tick(early, tick);
+        }
+        if let Some(mut more) = more {
+            more.bypass_change_detection().end_tick(early, tick);
+        }
         timer.0.reset();
     }
 }
@@ -463,7 +471,7 @@ pub(super) fn fall_asleep(
         &mut Particles,
         &mut TickStart,
         &mut RestTimer,
-        (Has<Grab>, Option<&Emitter>),
+        (Has<Grab>, Has<Grabs>, Option<&Emitter>),
         Has<Asleep>,
         Has<Quarantined>,
     )>,
@@ -478,11 +486,15 @@ pub(super) fn fall_asleep(
     group.clear();
     for (entity, particles, start, mut timer, causes, is_asleep, is_quarantined) in &mut bodies {
         let ways = (&start.positions[..], &particles.positions[..]);
-        let (is_held, emitter) = causes;
+        let (is_held, is_grabbed, emitter) = causes;
         let emits = emitter.is_some_and(|it| it.is_active(particles.len()));
         let rest = if is_asleep || is_quarantined {
             Wakefulness::Asleep
-        } else if !is_held && !emits && timer.0.observe(ways, seconds, gravity, &sleep.0) {
+        } else if !is_held
+            && !is_grabbed
+            && !emits
+            && timer.0.observe(ways, seconds, gravity, &sleep.0)
+        {
             Wakefulness::Still
         } else {
             Wakefulness::Awake

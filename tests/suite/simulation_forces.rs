@@ -7,10 +7,10 @@ use crate::{
 use bevy::prelude::*;
 use glam::DVec3;
 use pliant::{
-    effect::{ExternalForce, ExternalImpulse, PinTargets},
+    effect::{ExternalForce, ExternalImpulse, Grabs, PinTargets},
     simulation::{Asleep, Sleep, SoftBody, tick},
     solver::{
-        Body, Compliance, Grains, KeepSpin, Order, ParticleIndex, Particles, RestShape, Sink,
+        Body, Compliance, Grab, Grains, KeepSpin, Order, ParticleIndex, Particles, RestShape, Sink,
         Stretch, SurfacePoint, VertexIndex, measure,
     },
 };
@@ -244,4 +244,61 @@ fn a_target_wakes_a_body_that_sleeps() {
             .distance(goal)
             < 1e-7
     );
+}
+
+fn grab(target: Vec3, particle: u32) -> Grab {
+    // Of 64 kg and 0.4 m, under 9.81 m/s².
+    Grab::on(point(particle), target, 64.0, 0.4, 9.81)
+}
+
+/// One grab among several has the same bits as that of the pointer, and two springs share the weight.
+#[test]
+fn several_grabs_hold_a_body_as_one_does() {
+    let start = world(settings(9.81, 60.0, 10, 1), block());
+    let (mut one, bodies, _) = app_of(&start);
+    let (mut many, others, _) = app_of(&start);
+    let here = |i: u32| particles(&one, bodies[0]).position(i as usize).as_vec3();
+    let (a, b) = (here(0), here(26));
+    one.world_mut().entity_mut(bodies[0]).insert(grab(a, 0));
+    many.world_mut()
+        .entity_mut(others[0])
+        .insert(Grabs::new([grab(a, 0)]));
+    for _ in 0..30 {
+        let raise = Vec3::Y * 0.002;
+        one.world_mut()
+            .get_mut::<Grab>(bodies[0])
+            .expect("grabbed")
+            .target += raise;
+        let mut grabs = many
+            .world_mut()
+            .get_mut::<Grabs>(others[0])
+            .expect("grabbed");
+        grabs.iter_mut().for_each(|grab| grab.target += raise);
+        tick(one.world_mut());
+        tick(many.world_mut());
+    }
+    let bits = |app: &App, body| crate::support::state_bits(particles(app, body));
+    assert_eq!(bits(&one, bodies[0]), bits(&many, others[0]));
+
+    let (mut app, bodies, _) = app_of(&start);
+    app.world_mut().resource_mut::<Sleep>().enabled = true;
+    let mut grabs = Grabs::default();
+    grabs.add(grab(a, 0));
+    assert_eq!(grabs.add(grab(b, 26)), 1);
+    app.world_mut().entity_mut(bodies[0]).insert(grabs);
+    for _ in 0..600 {
+        tick(app.world_mut());
+    }
+    assert!(app.world().get::<Asleep>(bodies[0]).is_none());
+    let held = app.world().get::<Grabs>(bodies[0]).expect("grabbed");
+    let sum: f32 = held.forces(1.0 / 600.0).sum();
+    // The weight of 64 kg; a little more where they are not vertical. A multiplier is rounded to f32.
+    assert!(sum > 627.84 * (1.0 - 1e-5) && sum < 660.0, "{sum} N");
+    let mut held = app
+        .world_mut()
+        .get_mut::<Grabs>(bodies[0])
+        .expect("grabbed");
+    held.remove(0);
+    held.remove(5);
+    assert_eq!(held.iter().count(), 1);
 }

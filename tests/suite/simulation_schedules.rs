@@ -8,7 +8,8 @@ use crate::{
 use bevy::prelude::*;
 use pliant::{
     effect::{
-        Effect, EffectRegistry, ExternalForce, ExternalImpulse, Grab, PinTargets, Stitches, Stretch,
+        Effect, EffectRegistry, ExternalForce, ExternalImpulse, Grab, Grabs, PinTargets, Stitches,
+        Stretch,
     },
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule, state_hash},
     solver::{Effects, ForceKind, ParticleIndex, Particles, SurfacePoint, deform::Random},
@@ -38,6 +39,9 @@ fn insert(app: &mut App, body: Entity, effect: &str) {
         }
         None if effect == PinTargets::NAME => {
             body.insert(PinTargets::default());
+        }
+        None if effect == Grabs::NAME => {
+            body.insert(Grabs::default());
         }
         None => {
             let point = SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound");
@@ -83,6 +87,22 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
         .rposition(|name| [STITCHES, "tethers"].contains(name));
     if let (true, Some(last)) = (in_iteration.contains(&STITCHES), constraints) {
         in_iteration.insert(last + 1, "joints");
+    }
+    // Several grabs act as systems of users do, before stitches between bodies and the pointer's grab.
+    if let Some(place) = in_iteration.iter().position(|it| *it == Grabs::NAME) {
+        in_iteration.remove(place);
+        let later = [
+            "joints",
+            "grab",
+            "rod",
+            "contact",
+            "self_contact",
+            "grains",
+            "ground",
+            "collide",
+        ];
+        let next = in_iteration.iter().position(|it| later.contains(it));
+        in_iteration.insert(next.unwrap_or(in_iteration.len()), Grabs::NAME);
     }
     assert_eq!(systems_of_iteration(app), in_iteration);
     let before = present.iter().filter(|name| forces.contains(name));

@@ -357,6 +357,62 @@ impl Grab {
         own.into_iter().flatten().chain(patch)
     }
 
+    /// Finds the particles of a patch, at the start of a tick.
+    pub fn begin(&self, state: &mut GrabState, topology: &Topology, positions: &[Vec4]) {
+        let is_pinned = |i: usize| positions[i].w == 0.0;
+        state.patch.update(self, topology, is_pinned);
+    }
+
+    /// Pulls a body in an iteration of a substep of `h` seconds, with the numbers of the substep, of the
+    /// substeps and of the iteration.
+    pub fn pull(
+        &self,
+        state: &mut GrabState,
+        part: &mut Part,
+        h: f32,
+        (substep, iteration): ((u32, u32), u32),
+    ) {
+        if iteration == 0 {
+            state.multiplier = 0.0;
+        }
+        let h = f64::from(h);
+        let (target, travel) = self.target_in(substep);
+        if self.hold == Hold::Pins {
+            // Substeps begin without motion of pins: once per substep.
+            if iteration == 0 {
+                for &(i, _) in state.patch.terms() {
+                    part.shift(i, travel);
+                }
+            }
+            return;
+        }
+        let terms = self.terms(&state.patch);
+        let held = mean(terms.clone(), |i| part.predicted(i));
+        let d = held - target;
+        let distance = d.length();
+        let weights = terms.clone();
+        let weights = weights.map(|(i, b)| b * b * f64::from(part.positions[i].w));
+        let weight: f64 = weights.sum();
+        if weight == 0.0 || distance == 0.0 {
+            return;
+        }
+        let direction = d / distance;
+        let alpha = f64::from(self.compliance) / (h * h);
+        let gamma = f64::from(self.damping.get()) / h;
+        let moved = direction.dot(held - mean(terms.clone(), |i| part.start(i)) - travel);
+        let multiplier = f64::from(state.multiplier);
+        let change =
+            -(distance + alpha * multiplier + gamma * moved) / ((1.0 + gamma) * weight + alpha);
+        let limit = f64::from(self.max_force.get()) * h * h;
+        let next = (multiplier + change).clamp(-limit, limit);
+        let push = direction * (next - multiplier);
+        for (i, b) in terms {
+            let weight = b * f64::from(part.positions[i].w);
+            part.shift(i, push * weight);
+        }
+        state.multiplier = next as f32;
+    }
+
     /// Target at the end of substep number `substep` of `substeps`, and its displacement per
     /// substep [m].
     fn target_in(&self, (substep, substeps): (u32, u32)) -> (DVec3, DVec3) {
@@ -374,50 +430,11 @@ impl BodyEffect for Grab {
     const WORK: WorkOf = WorkOf::Grab;
 
     fn begin_tick(&self, state: &mut GrabState, topology: &Topology, positions: &[Vec4]) {
-        let is_pinned = |i: usize| positions[i].w == 0.0;
-        state.patch.update(self, topology, is_pinned);
+        self.begin(state, topology, positions);
     }
 
     fn solve(&self, state: &mut GrabState, mut part: Part, pass: &BodyPass) -> bool {
-        if pass.iteration.0 == 0 {
-            state.multiplier = 0.0;
-        }
-        let h = f64::from(pass.h);
-        let (target, travel) = self.target_in(pass.substep);
-        if self.hold == Hold::Pins {
-            // Substeps begin without motion of pins: once per substep.
-            if pass.iteration.0 == 0 {
-                for &(i, _) in state.patch.terms() {
-                    part.shift(i, travel);
-                }
-            }
-            return false;
-        }
-        let terms = self.terms(&state.patch);
-        let held = mean(terms.clone(), |i| part.predicted(i));
-        let d = held - target;
-        let distance = d.length();
-        let weights = terms.clone();
-        let weights = weights.map(|(i, b)| b * b * f64::from(part.positions[i].w));
-        let weight: f64 = weights.sum();
-        if weight == 0.0 || distance == 0.0 {
-            return false;
-        }
-        let direction = d / distance;
-        let alpha = f64::from(self.compliance) / (h * h);
-        let gamma = f64::from(self.damping.get()) / h;
-        let moved = direction.dot(held - mean(terms.clone(), |i| part.start(i)) - travel);
-        let multiplier = f64::from(state.multiplier);
-        let change =
-            -(distance + alpha * multiplier + gamma * moved) / ((1.0 + gamma) * weight + alpha);
-        let limit = f64::from(self.max_force.get()) * h * h;
-        let next = (multiplier + change).clamp(-limit, limit);
-        let push = direction * (next - multiplier);
-        for (i, b) in terms {
-            let weight = b * f64::from(part.positions[i].w);
-            part.shift(i, push * weight);
-        }
-        state.multiplier = next as f32;
+        self.pull(state, &mut part, pass.h, (pass.substep, pass.iteration.0));
         false
     }
 

@@ -3,11 +3,11 @@
 use super::{Body, World};
 use crate::{
     Effects, Emission, Topology,
-    emission::{self, Present, Template},
+    emission::{self, Placed, Present, Template},
 };
 use glam::DVec3;
 
-impl Present for Body {
+impl Placed for Body {
     fn effects(&self) -> Effects {
         self.effects
     }
@@ -16,16 +16,18 @@ impl Present for Body {
         &self.topology
     }
 
+    fn at(&self, particle: usize) -> DVec3 {
+        self.x[particle]
+    }
+}
+
+impl Present for Body {
     fn emission(&self) -> &Emission {
         &self.emission
     }
 
     fn emission_mut(&mut self) -> &mut Emission {
         &mut self.emission
-    }
-
-    fn at(&self, particle: usize) -> DVec3 {
-        self.x[particle]
     }
 }
 

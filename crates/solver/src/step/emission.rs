@@ -16,21 +16,25 @@ use std::sync::Arc;
 /// Largest number of particles of all copies of an emitter.
 const MAX_PARTICLES: usize = 4_000_000;
 
-/// A body that is present at the end of a tick.
-pub trait Present {
+/// A body and where it is.
+pub trait Placed {
     /// Its effects.
     fn effects(&self) -> Effects;
     /// Its topology.
     fn topology(&self) -> &Topology;
-    /// What it has emitted, and where it comes from.
-    fn emission(&self) -> &Emission;
-    /// The same, to be changed.
-    fn emission_mut(&mut self) -> &mut Emission;
     /// Position of a particle [m].
     fn at(&self, particle: usize) -> DVec3;
 }
 
-impl Present for Body {
+/// A body that is present at the end of a tick.
+pub trait Present: Placed {
+    /// What it has emitted, and where it comes from.
+    fn emission(&self) -> &Emission;
+    /// The same, to be changed.
+    fn emission_mut(&mut self) -> &mut Emission;
+}
+
+impl Placed for Body {
     fn effects(&self) -> Effects {
         self.effects
     }
@@ -39,16 +43,18 @@ impl Present for Body {
         &self.topology
     }
 
+    fn at(&self, particle: usize) -> DVec3 {
+        self.particles.position(particle)
+    }
+}
+
+impl Present for Body {
     fn emission(&self) -> &Emission {
         &self.particles.emission
     }
 
     fn emission_mut(&mut self) -> &mut Emission {
         &mut self.particles.emission
-    }
-
-    fn at(&self, particle: usize) -> DVec3 {
-        self.particles.position(particle)
     }
 }
 
@@ -80,7 +86,7 @@ pub fn gone(bodies: &[impl Present], settings: &Settings) -> Vec<u32> {
 }
 
 /// Whether a body is in its sink; not if it is of grains, or has an emitter.
-fn is_sunk(body: &impl Present) -> bool {
+fn is_sunk(body: &impl Placed) -> bool {
     let effects = body.effects();
     let sinks = effects.body_emitter.is_none() && body.topology().radii.is_empty();
     let Some(sink) = effects.sink.filter(|_| sinks) else {
@@ -91,16 +97,10 @@ fn is_sunk(body: &impl Present) -> bool {
     sink.contains(sum / particles as f64)
 }
 
-/// Whether a body may have rested on another one that disappears: their boxes meet, with the
-/// thicknesses of their contact.
+/// Lowest and highest corner of the box around a body with contact, with its thickness [m]: what rested
+/// on a body that disappears meets its box. `None` without contact.
 #[must_use]
-pub fn rested_on(body: &impl Present, gone: &impl Present) -> bool {
-    let boxes = around(body).zip(around(gone));
-    boxes.is_some_and(|([from, to], [low, high])| from.cmple(high).all() && to.cmpge(low).all())
-}
-
-/// The box around a body with contact, with its thickness [m].
-fn around(body: &impl Present) -> Option<[DVec3; 2]> {
+pub fn around(body: &impl Placed) -> Option<[DVec3; 2]> {
     let thickness = thickness(body)?;
     let first = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let places = (0..body.topology().particles()).map(|i| body.at(i));
@@ -108,9 +108,15 @@ fn around(body: &impl Present) -> Option<[DVec3; 2]> {
     Some([low - thickness, high + thickness])
 }
 
+/// Whether two boxes touch.
+#[must_use]
+pub fn meet([from, to]: [DVec3; 2], [low, high]: [DVec3; 2]) -> bool {
+    from.cmple(high).all() && to.cmpge(low).all()
+}
+
 /// Thickness of the contact of a body with others, and the radius of its largest grain [m]; `None`
 /// without contact.
-fn thickness(body: &impl Present) -> Option<f64> {
+fn thickness(body: &impl Placed) -> Option<f64> {
     let topology = body.topology();
     let mean_edge = topology.surface().mean_edge;
     let thickness = body.effects().contact_thickness(mean_edge)?;
@@ -241,7 +247,7 @@ impl Space {
 
     /// Adds the tetrahedra of a body with its thickness [m], or its triangles if it is a sheet, its edges
     /// if it is a rope, or its grains, as large as the largest.
-    fn add(&mut self, body: &impl Present, thickness: f64) {
+    fn add(&mut self, body: &impl Placed, thickness: f64) {
         let topology = body.topology();
         let mut add = |corners: &[u32], margin: f64| {
             let first = [DVec3::INFINITY, DVec3::NEG_INFINITY];
@@ -249,10 +255,9 @@ impl Space {
                 let x = body.at(corner as usize);
                 [low.min(x), high.max(x)]
             });
-            let [low, high] = [low - margin, high + margin];
-            let [from, to] = self.reach;
-            if low.cmple(to).all() && high.cmpge(from).all() {
-                self.taken.push([low, high]);
+            let taken = [low - margin, high + margin];
+            if meet(taken, self.reach) {
+                self.taken.push(taken);
             }
         };
         match topology.dimension {
@@ -270,10 +275,9 @@ impl Space {
 
     /// Takes the place around a center [m], unless something is there.
     fn take(&mut self, center: DVec3) -> bool {
-        let [low, high] = [center - self.half, center + self.half];
-        let meets = |[from, to]: &[DVec3; 2]| from.cmple(high).all() && to.cmpge(low).all();
-        let is_free = !self.blocks || !self.taken.iter().any(meets);
-        self.taken.extend(is_free.then_some([low, high]));
+        let place = [center - self.half, center + self.half];
+        let is_free = !self.blocks || !self.taken.iter().any(|taken| meet(*taken, place));
+        self.taken.extend(is_free.then_some(place));
         is_free
     }
 }

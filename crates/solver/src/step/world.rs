@@ -3,7 +3,7 @@
 
 use super::{
     body::{CONTACT, JOINTS, restore_at_rest},
-    emission::{self, Template, rested_on},
+    emission::{self, Template, around, meet},
     joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
 };
@@ -185,8 +185,11 @@ impl World {
                 body.wake();
             }
         }
+        let left = around(&gone);
         for body in &mut self.bodies {
-            if body.asleep && rested_on(body, &gone) {
+            if body.asleep
+                && left.is_some_and(|left| around(body).is_some_and(|own| meet(own, left)))
+            {
                 body.wake();
             }
             body.particles.emission.forget_body(number as u32);
