@@ -36,6 +36,19 @@ pub struct FollowTransform {
     last: Option<Pose>,
 }
 
+/// The pose of an entity. Its scale is ignored, with a warning.
+pub(super) fn pose(entity: Entity, transform: &GlobalTransform) -> Pose {
+    let (scale, rotation, translation) = transform.to_scale_rotation_translation();
+    if !scale.abs_diff_eq(Vec3::ONE, 1e-3) {
+        warn_once!("the scale {scale} of {entity} is ignored: set the size of its shape");
+    }
+    let rotation = DQuat::from_array(rotation.to_array().map(f64::from)).normalize();
+    Pose {
+        rotation: DMat3::from_quat(rotation),
+        translation: translation.as_dvec3(),
+    }
+}
+
 /// Sends colliders on their way to the transforms of their entities.
 pub(super) fn follow(
     mut colliders: Query<(Entity, &mut Collider, &mut FollowTransform)>,
@@ -48,17 +61,7 @@ pub(super) fn follow(
         let Ok(transform) = transforms.compute_global_transform(entity) else {
             continue;
         };
-        let (scale, rotation, translation) = transform.to_scale_rotation_translation();
-        if !scale.abs_diff_eq(Vec3::ONE, 1e-3) {
-            warn_once!(
-                "the scale {scale} of collider {entity} is ignored: set the size of its shape"
-            );
-        }
-        let rotation = DQuat::from_array(rotation.to_array().map(f64::from)).normalize();
-        let pose = Pose {
-            rotation: DMat3::from_quat(rotation),
-            translation: translation.as_dvec3(),
-        };
+        let pose = pose(entity, &transform);
         if follow.last == Some(pose) {
             continue;
         }

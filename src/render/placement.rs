@@ -1,14 +1,11 @@
 //! Bodies that are spawned with a `Transform`.
 
-use super::Drawn;
+use super::{Drawn, follow::pose};
 use crate::{
     simulation::{SoftBody, TickStart},
     solver::Particles,
 };
-use bevy::{
-    math::{DMat3, DQuat},
-    prelude::*,
-};
+use bevy::prelude::*;
 
 /// Marks a body that was spawned with a [`Transform`], which follows it.
 #[derive(Component, Debug, Clone, Copy, Default)]
@@ -32,17 +29,12 @@ pub(super) fn place(
         let Ok(transform) = transforms.compute_global_transform(entity) else {
             continue;
         };
-        let (scale, rotation, translation) = transform.to_scale_rotation_translation();
-        if !scale.abs_diff_eq(Vec3::ONE, 1e-3) {
-            warn_once!("the scale {scale} of soft body {entity} is ignored: scale its shape");
-        }
-        let turn = DQuat::from_array(rotation.to_array().map(f64::from)).normalize();
-        let turn = DMat3::from_quat(turn);
+        let pose = pose(entity, &transform);
         for i in 0..particles.len() {
             let (x, v) = (particles.position(i), particles.velocity(i).as_dvec3());
-            particles.set_position(i, turn * x + translation.as_dvec3());
+            particles.set_position(i, pose.rotation * x + pose.translation);
             if particles.positions[i].w > 0.0 {
-                particles.set_velocity(i, (turn * v).as_vec3());
+                particles.set_velocity(i, (pose.rotation * v).as_vec3());
             }
         }
         start.0.clone_from(&particles);
