@@ -43,7 +43,11 @@
 //! | [`ablation`] | cost of each effect of a scene, and what one would see without it | `scene` |
 //! | [`torture`] | robustness suite: hard cases, each over a family of bodies, with figures and limits | all above but `study` |
 //! | `avian` | coupling with the rigid bodies of `avian3d` (feature `avian`) | `simulation`, `effect` |
-//! | `sandbox` | the window (feature `window`, on by default) | all above |
+//! | `render` | meshes that follow bodies, picking, placement by `Transform` (feature `render`) | `simulation`, `scene` |
+//! | `sandbox` | the window (feature `window`) | all above |
+//!
+//! `ablation`, `bench`, `output`, `study` and `torture` need the feature `program`. By default `window`, which turns on
+//! `program` and `render`, and `parallel` are on; an app turns them off and chooses.
 //!
 //! # Effects
 //!
@@ -102,25 +106,30 @@
 //! SI everywhere: meters, kilograms, seconds, newtons. Numbers with a valid range have types that
 //! cannot hold a value outside it ([`solver::quantity`]).
 
+#[cfg(feature = "program")]
 pub mod ablation;
 #[cfg(feature = "avian")]
 pub mod avian;
+#[cfg(feature = "program")]
 pub mod bench;
 pub mod effect;
 #[doc(hidden)]
 pub mod file;
+#[cfg(feature = "program")]
 pub mod output;
 pub mod prelude;
 pub mod recording;
-#[cfg(feature = "window")]
+#[cfg(feature = "render")]
 pub mod render;
 #[cfg(feature = "window")]
 pub mod sandbox;
 pub mod scene;
 pub mod simulation;
+#[cfg(feature = "program")]
 pub mod study;
 #[doc(hidden)]
 pub mod suggestion;
+#[cfg(feature = "program")]
 pub mod torture;
 
 pub use pliant_mesh as mesh;

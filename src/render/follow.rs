@@ -7,6 +7,7 @@ use crate::{
 use bevy::{
     math::{DMat3, DQuat},
     prelude::*,
+    utils::once,
 };
 
 /// Moves a [`Collider`] with the [`Transform`] of its entity, also as a child of another: at constant
@@ -40,7 +41,9 @@ pub struct FollowTransform {
 pub(super) fn pose(entity: Entity, transform: &GlobalTransform) -> Pose {
     let (scale, rotation, translation) = transform.to_scale_rotation_translation();
     if !scale.abs_diff_eq(Vec3::ONE, 1e-3) {
-        warn_once!("the scale {scale} of {entity} is ignored: set the size of its shape");
+        once!(log::warn!(
+            "the scale {scale} of {entity} is ignored: set the size of its shape"
+        ));
     }
     let rotation = DQuat::from_array(rotation.to_array().map(f64::from)).normalize();
     Pose {

@@ -2,7 +2,7 @@
 //! 20]).build()`.
 
 use super::{BodyDensity, Pins, SoftBody};
-#[cfg(feature = "window")]
+#[cfg(feature = "render")]
 use crate::mesh::Skin;
 use crate::{
     mesh::{Diagonals, MeshError, Primitive},
@@ -46,7 +46,7 @@ pub struct SoftBodyBuilder {
     shape: RestShape,
     density: Option<Density>,
     pins: Vec<VertexIndex>,
-    #[cfg(feature = "window")]
+    #[cfg(feature = "render")]
     skin: Option<Arc<Skin>>,
 }
 
@@ -139,7 +139,7 @@ impl SoftBody {
             shape,
             density: None,
             pins: Vec::new(),
-            #[cfg(feature = "window")]
+            #[cfg(feature = "render")]
             skin: None,
         }
     }
@@ -185,14 +185,14 @@ impl SoftBodyBuilder {
     }
 
     /// With a fine surface that follows the shape.
-    #[cfg(feature = "window")]
+    #[cfg(feature = "render")]
     pub(crate) fn with_skin(mut self, skin: Arc<Skin>) -> Self {
         self.skin = Some(skin);
         self
     }
 
     /// The fine surface, if there is one.
-    #[cfg(feature = "window")]
+    #[cfg(feature = "render")]
     pub(crate) fn fine_surface(&self) -> Option<&Arc<Skin>> {
         self.skin.as_ref()
     }
