@@ -18,7 +18,7 @@ use pliant::{
     mesh::Primitive,
     prelude::*,
     simulation::{SolverThreads, plain, tick},
-    solver::{Body, Collider, ColliderShape, Pose, Threads, VertexIndex, World},
+    solver::{Body, Collider, ColliderShape, Pose, Substeps, Threads, VertexIndex, World},
 };
 use std::{
     sync::Arc,

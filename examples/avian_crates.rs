@@ -1,9 +1,9 @@
 //! Rigid bodies of `avian3d` on soft ones: a crate on a jelly, a ball on a cloth.
 //! `cargo run --release --example avian_crates --features avian`
 
-use avian3d::prelude::{self as avian, PhysicsPlugins, RigidBody};
+use avian3d::prelude::*;
 use bevy::{prelude::*, time::TimeUpdateStrategy};
-use pliant::{avian::AvianPlugin, prelude::*};
+use pliant::{avian::AvianPlugin, prelude::*, solver::Damping};
 use std::time::Duration;
 
 fn main() {
@@ -44,16 +44,16 @@ fn setup(mut commands: Commands) {
         Stretch::default(),
         Contact::default(),
     ));
-    let density = avian::ColliderDensity(300.0); // kg/m³
-    let cube = avian::Collider::cuboid(0.3, 0.3, 0.3); // m
-    let ball = avian::Collider::sphere(0.1);
+    let density = ColliderDensity(300.0); // kg/m³
+    let cube = Collider::cuboid(0.3, 0.3, 0.3); // m
+    let ball = Collider::sphere(0.1);
     for (x, shape) in [(0.0, cube), (1.5, ball)] {
         let place = Transform::from_xyz(x, 0.8, 0.0);
         commands.spawn((RigidBody::Dynamic, shape, density, place));
     }
 }
 
-fn report(bodies: Query<(&avian::Position, &avian::LinearVelocity)>, mut frame: Local<u32>) {
+fn report(bodies: Query<(&Position, &LinearVelocity)>, mut frame: Local<u32>) {
     *frame += 1;
     if frame.is_multiple_of(60) {
         for (name, (x, v)) in ["crate", "ball"].iter().zip(&bodies) {

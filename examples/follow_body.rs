@@ -2,7 +2,10 @@
 
 use bevy::prelude::*;
 use pliant::{
-    prelude::*, render::SoftBodyMeshPlugin, simulation::SoftBodySystems, solver::measure,
+    prelude::*,
+    render::SoftBodyMeshPlugin,
+    simulation::SoftBodySystems,
+    solver::{Restitution, measure},
 };
 
 #[derive(Component)]

@@ -1,7 +1,7 @@
 //! A jelly cube falls onto the ground, in a Bevy app: `cargo run --release --example jelly_cube`
 
 use bevy::prelude::*;
-use pliant::{prelude::*, render::SoftBodyMeshPlugin};
+use pliant::{prelude::*, render::SoftBodyMeshPlugin, solver::Damping};
 
 fn main() -> AppExit {
     App::new()

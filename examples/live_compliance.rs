@@ -2,7 +2,7 @@
 //! `cargo run --release --example live_compliance`
 
 use bevy::prelude::*;
-use pliant::{mesh::Primitive, prelude::*, simulation::tick};
+use pliant::{mesh::Primitive, prelude::*, simulation::tick, solver::Damping};
 
 fn main() -> Result {
     let block = Primitive::Box {

@@ -20,7 +20,7 @@ use bevy::{
 ///
 /// ```
 /// use bevy::prelude::*;
-/// use pliant::{prelude::*, render::FollowTransform};
+/// use pliant::{prelude::*, render::FollowTransform, solver::Collider};
 ///
 /// fn platform(mut commands: Commands) {
 ///     let shape = ColliderShape::Box { size: Vec3::new(2.0, 0.1, 2.0) }; // m

@@ -4,7 +4,12 @@ use avian3d::prelude::{
     self as avian, Gravity, LinearVelocity, PhysicsPlugins, Position, RigidBody,
 };
 use bevy::{math::DVec3, prelude::*, time::TimeUpdateStrategy};
-use pliant::{avian::AvianPlugin, prelude::*, simulation::SimulationSettings, solver::measure};
+use pliant::{
+    avian::AvianPlugin,
+    prelude::*,
+    simulation::SimulationSettings,
+    solver::{Collider, Damping, measure},
+};
 use std::time::Duration;
 
 fn app(gravity: f32) -> App {

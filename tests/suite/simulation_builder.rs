@@ -88,7 +88,7 @@ fn an_invalid_size_is_named() {
 fn a_value_in_code_is_checked_and_a_constant_by_the_compiler() {
     const SOFT: Compliance = Compliance::of(1e-4);
     assert_eq!(Compliance::new(1e-4), Ok(SOFT));
-    let message = catch_unwind(|| Friction::of(-0.5)).expect_err("it is refused");
+    let message = catch_unwind(|| pliant::solver::Friction::of(-0.5)).expect_err("it is refused");
     let message = message.downcast_ref::<&str>().expect("a message");
     assert_eq!(*message, "friction must be between 0 and 100");
 }

@@ -115,3 +115,36 @@ fn bodies_spawned_by_commands_in_any_order_of_components_run() {
     (0..3).for_each(|_| app.update());
     assert_eq!(systems(&app, SolveSchedule), ["stretch", "volume"]);
 }
+
+/// The preludes of an app, as globs: a name that two of them have cannot be imported from here.
+#[expect(
+    unused_imports,
+    reason = "names are found in the last one alone, as they should be"
+)]
+mod preludes {
+    #[cfg(feature = "avian")]
+    pub use avian3d::prelude::*;
+    pub use bevy::prelude::*;
+    pub use pliant::prelude::*;
+}
+
+#[test]
+fn no_name_of_the_prelude_is_in_those_of_bevy_and_avian() {
+    macro_rules! names {
+        ($($name:ident)*) => {{
+            #[allow(unused_imports)]
+            use preludes::{$($name),*};
+            [$(stringify!($name)),*]
+        }};
+    }
+    let imported = names!(
+        SoftBodyPlugins Bend Collide Contact Direct Grabs Ground IsometricBend Membrane NeoHookean PinTargets Plasticity Pressure Rod SelfContact ShapeMatching StickyGround StrainLimit Stretch Struts Tethers Volume Weave Wind Action Actions BodyDensity Pins SimulationClock SimulationSettings SoftBody SoftBodyBuilder SoftBodyHit SoftBodyQueries Body ColliderMesh ColliderShape Compliance Density Height Iterations Particles Path Pose Rate RestShape Settings Stiffness Topology VertexIndex
+    );
+    let source = include_str!("../../src/prelude.rs");
+    let source = source.lines().filter(|line| !line.starts_with("//"));
+    let all: Vec<&str> = source
+        .flat_map(|line| line.split(|c: char| !c.is_alphanumeric()))
+        .filter(|word| word.starts_with(char::is_uppercase))
+        .collect();
+    assert_eq!(all, imported);
+}
