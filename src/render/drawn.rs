@@ -3,7 +3,7 @@
 //! Picking, framing, dragging and overlays use it instead of the simulation state, so that they
 //! agree with the picture.
 
-use super::{balls::Balls, surface::Surface, tube::Tube};
+use super::{balls::Balls, body_mesh::OwnMesh, surface::Surface, tube::Tube};
 use bevy::{
     asset::RenderAssetUsages,
     camera::primitives::Aabb,
@@ -32,6 +32,7 @@ pub struct Outline {
 #[derive(Debug)]
 enum Form {
     Surface(Surface),
+    Own(Box<OwnMesh>),
     Tube(Tube),
     Balls(Balls),
 }
@@ -53,6 +54,15 @@ impl Outline {
             closed,
             form,
             ..default()
+        }
+    }
+
+    /// The same surface, drawn by a mesh of the app.
+    #[must_use]
+    pub(super) fn drawn_by(self, mesh: OwnMesh) -> Self {
+        Self {
+            form: Form::Own(Box::new(mesh)),
+            ..self
         }
     }
 
@@ -83,6 +93,7 @@ impl Outline {
     #[must_use]
     pub fn mesh(&self) -> Mesh {
         let (count, triangles) = match &self.form {
+            Form::Own(own) => return own.mesh(),
             Form::Surface(surface) => (surface.source.len(), surface.triangles.clone()),
             Form::Tube(tube) => (tube.vertices(), tube.triangles()),
             Form::Balls(balls) => (balls.vertices(), balls.triangles()),
@@ -101,6 +112,7 @@ impl Outline {
     pub fn copies(&self) -> Cow<'_, [u32]> {
         match &self.form {
             Form::Surface(surface) => Cow::Borrowed(&surface.source),
+            Form::Own(own) => Cow::Borrowed(&own.source),
             Form::Tube(tube) => Cow::Owned(tube.copies()),
             Form::Balls(balls) => Cow::Owned(balls.copies()),
         }
@@ -125,6 +137,7 @@ impl Outline {
     fn draw(&self, points: &[Vec3], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
         match &self.form {
             Form::Surface(surface) => surface.draw(points, positions, normals),
+            Form::Own(own) => own.draw(points, positions, normals),
             Form::Tube(tube) => tube.draw(points, positions, normals),
             Form::Balls(balls) => balls.draw(points, positions, normals),
         }
@@ -176,6 +189,7 @@ impl Drawn {
         (self.low, self.high) = (low - self.outline.radius, high + self.outline.radius);
         let count = match &self.outline.form {
             Form::Surface(surface) => surface.source.len(),
+            Form::Own(own) => own.source.len(),
             Form::Tube(tube) => tube.vertices(),
             Form::Balls(balls) => balls.vertices(),
         };
@@ -195,6 +209,9 @@ impl Drawn {
             if let Some(VertexAttributeValues::Float32x3(into)) = mesh.attribute_mut(attribute) {
                 into.clone_from(values);
             }
+        }
+        if let Form::Own(own) = &self.outline.form {
+            own.turn_tangents(&self.positions, &self.normals, mesh);
         }
         if self.origin != Vec3::ZERO
             && let Some(VertexAttributeValues::Float32x3(positions)) =

@@ -1,5 +1,6 @@
 //! Soft bodies from Bevy's meshes.
 
+use super::{BodyMesh, body_mesh::indices};
 use crate::{
     mesh::{BuildOptions, FileMesh, MeshError, Skin, SurfaceMesh, Treatment, build},
     scene::BodySkin,
@@ -15,7 +16,8 @@ use std::sync::Arc;
 impl SoftBody {
     /// A soft body from a triangle mesh [m], at the position of the mesh. A closed surface is
     /// filled with tetrahedra, and the mesh becomes their [skin](SoftBodyBuilder::skin); an open
-    /// one becomes a cloth. Vertices at the same place are joined.
+    /// one becomes a cloth. Vertices at the same place are joined; [`mesh`](SoftBodyBuilder::mesh) draws
+    /// the body with the mesh as it was, with its texture coordinates.
     ///
     /// ```
     /// use bevy::prelude::*;
@@ -52,11 +54,13 @@ impl SoftBody {
             build(FileMesh::Surface(surface), &options(Treatment::Shell)).map_err(|_| error)
         })?;
         let middle = (0.5 * (low + high)).as_vec3();
+        let triangles = match &soft.skin {
+            Some(skin) => &skin.triangles,
+            None => &soft.shape.triangles,
+        };
+        let drawn = BodyMesh::new(mesh.clone(), soft.points, triangles);
         let body = Self::shape(soft.shape).at(middle);
-        Ok(match soft.skin {
-            Some(skin) => body.with_skin(Arc::new(skin)),
-            None => body,
-        })
+        Ok(body.with_surface(soft.skin.map(Arc::new), drawn))
     }
 }
 
@@ -67,6 +71,13 @@ impl SoftBodyBuilder {
     pub fn skin(&self) -> Option<BodySkin> {
         self.fine_surface()
             .map(|skin: &Arc<Skin>| BodySkin(Arc::clone(skin)))
+    }
+
+    /// The mesh that a body [from a mesh](SoftBody::from_mesh) was made from, as a component that draws
+    /// the body with it: with its texture coordinates, seams and hard edges. `None` for other bodies.
+    #[must_use]
+    pub fn mesh(&self) -> Option<BodyMesh> {
+        self.own_mesh().cloned()
     }
 }
 
@@ -81,24 +92,20 @@ fn surface(mesh: &Mesh) -> Result<SurfaceMesh, MeshError> {
             "convert it to PrimitiveTopology::TriangleList",
         ));
     }
-    let Some(VertexAttributeValues::Float32x3(positions)) =
-        mesh.attribute(Mesh::ATTRIBUTE_POSITION)
+    let Ok(VertexAttributeValues::Float32x3(positions)) =
+        mesh.try_attribute(Mesh::ATTRIBUTE_POSITION)
     else {
         return Err(unusable(
             "the mesh has no positions of three f32 in the main world",
             "give it ATTRIBUTE_POSITION and RenderAssetUsages::MAIN_WORLD",
         ));
     };
-    let corners: Vec<u32> = match mesh.indices() {
-        Some(indices) => indices.iter().map(|index| index as u32).collect(),
-        None => (0..positions.len() as u32).collect(),
-    };
     Ok(SurfaceMesh {
         vertices: positions
             .iter()
             .map(|&x| Vec3::from(x).as_dvec3())
             .collect(),
-        triangles: corners.as_chunks().0.to_vec(),
+        triangles: indices(mesh).as_chunks().0.to_vec(),
         notes: Vec::new(),
     })
 }

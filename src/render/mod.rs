@@ -11,7 +11,8 @@
 //!
 //! Every [`SoftBody`] gets a [`Mesh3d`]; give it a material (`MeshMaterial3d`) to see it. Each
 //! frame its surface is interpolated between the last two ticks and written into the mesh with its
-//! normals. A body that has not moved since the last frame costs nothing.
+//! normals. A body that has not moved since the last frame costs nothing. [`BodyMesh`] draws a body with
+//! a mesh of the app instead, with its texture coordinates.
 //!
 //! A body that is spawned with a [`Transform`] starts there, turned and moved, also as a child of
 //! another entity. Afterwards its transform follows the mean of its particles, without turning, so
@@ -20,6 +21,7 @@
 
 mod attach;
 mod balls;
+mod body_mesh;
 pub mod drawn;
 mod follow;
 mod from_mesh;
@@ -30,6 +32,7 @@ mod surface;
 mod tube;
 
 pub use attach::AttachTo;
+pub use body_mesh::BodyMesh;
 pub use drawn::{Drawn, Outline};
 pub use follow::FollowTransform;
 pub use gizmos::{SoftBodyGizmos, SoftBodyGizmosPlugin};
@@ -47,6 +50,7 @@ use bevy::{
     },
     prelude::*,
 };
+use body_mesh::OwnMesh;
 use placement::HasTransform;
 use std::sync::Arc;
 use surface::{CREASE, ROUND};
@@ -101,11 +105,20 @@ struct Shown {
 /// Adds a mesh to new bodies.
 fn make(
     mut commands: Commands,
-    new: Query<(Entity, &SoftBody, Option<&BodySkin>, Option<&Rod>), Without<Drawn>>,
+    new: Query<
+        (
+            Entity,
+            &SoftBody,
+            Option<&BodySkin>,
+            Option<&Rod>,
+            Option<&BodyMesh>,
+        ),
+        Without<Drawn>,
+    >,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (entity, body, skin, rod) in &new {
-        let outline = Arc::new(outline(&body.0, skin, rod));
+    for (entity, body, skin, rod, own) in &new {
+        let outline = Arc::new(outline(&body.0, skin, rod, own));
         commands.entity(entity).insert((
             Mesh3d(meshes.add(outline.mesh())),
             (Drawn::new(outline), Shown::of(body)),
@@ -114,25 +127,28 @@ fn make(
     }
 }
 
-/// Draws a rod with its new radius, and a body with another topology, such as a torn one.
+/// Draws a rod with its new radius, a body with another mesh of the app, and one with another
+/// topology, such as a torn one.
 fn redraw(
     mut changed: Query<
         (
             Ref<SoftBody>,
             Option<&BodySkin>,
             Option<Ref<Rod>>,
+            Option<Ref<BodyMesh>>,
             (&mut Drawn, &mut Shown, &Mesh3d),
         ),
-        Or<(Changed<Rod>, Changed<SoftBody>)>,
+        Or<(Changed<Rod>, Changed<SoftBody>, Changed<BodyMesh>)>,
     >,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (body, skin, rod, (mut drawn, mut shown, mesh)) in &mut changed {
+    for (body, skin, rod, own, (mut drawn, mut shown, mesh)) in &mut changed {
         let is_thicker = rod.as_ref().is_some_and(|rod| rod.is_changed());
-        if !is_thicker && shown.topology == Some(body.id()) {
+        let is_other = own.as_ref().is_some_and(|own| own.is_changed());
+        if !is_thicker && !is_other && shown.topology == Some(body.id()) {
             continue;
         }
-        let outline = Arc::new(outline(&body.0, skin, rod.as_deref()));
+        let outline = Arc::new(outline(&body.0, skin, rod.as_deref(), own.as_deref()));
         // The same asset, which others may refer to.
         let new = outline.mesh();
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
@@ -157,8 +173,23 @@ impl Shown {
 const FINE: usize = 96;
 
 /// The constant part of a body's drawn surface: its skin, its coarse surface, or its edges, as thick
-/// as the rod, or its grains.
-fn outline(topology: &Topology, skin: Option<&BodySkin>, rod: Option<&Rod>) -> Outline {
+/// as the rod, or its grains; drawn by a mesh of the app, if there is one.
+fn outline(
+    topology: &Topology,
+    skin: Option<&BodySkin>,
+    rod: Option<&Rod>,
+    own: Option<&BodyMesh>,
+) -> Outline {
+    let outline = outline_of_body(topology, skin, rod);
+    match own {
+        Some(own) if !outline.triangles.is_empty() => {
+            outline.drawn_by(OwnMesh::new(own, topology, skin))
+        }
+        _ => outline,
+    }
+}
+
+fn outline_of_body(topology: &Topology, skin: Option<&BodySkin>, rod: Option<&Rod>) -> Outline {
     if let Some(BodySkin(skin)) = skin {
         let mut points = Vec::new();
         skin.deform_with(
@@ -296,7 +327,7 @@ mod tests {
         let plain = Topology::new(shape.clone()).expect("sound");
         let renumbered = Topology::numbered(shape, turned).expect("sound");
         let [one, other] =
-            [plain, renumbered].map(|it| format!("{:?}", outline(&it, Some(&skin), None)));
+            [plain, renumbered].map(|it| format!("{:?}", outline(&it, Some(&skin), None, None)));
         assert_eq!(one, other);
     }
 }

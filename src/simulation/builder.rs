@@ -3,7 +3,7 @@
 
 use super::{BodyDensity, Pins, SoftBody};
 #[cfg(feature = "render")]
-use crate::mesh::Skin;
+use crate::{mesh::Skin, render::BodyMesh};
 use crate::{
     mesh::{Diagonals, MeshError, Primitive},
     solver::{Density, RestShape, Topology, TopologyError, VertexIndex, topology::Dimension},
@@ -41,13 +41,15 @@ const LINE: Density = Density::of(0.1);
 /// # app.add_systems(Startup, setup);
 /// # app.update();
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct SoftBodyBuilder {
     shape: RestShape,
     density: Option<Density>,
     pins: Vec<VertexIndex>,
     #[cfg(feature = "render")]
     skin: Option<Arc<Skin>>,
+    #[cfg(feature = "render")]
+    mesh: Option<BodyMesh>,
 }
 
 impl SoftBody {
@@ -141,6 +143,8 @@ impl SoftBody {
             pins: Vec::new(),
             #[cfg(feature = "render")]
             skin: None,
+            #[cfg(feature = "render")]
+            mesh: None,
         }
     }
 }
@@ -184,11 +188,18 @@ impl SoftBodyBuilder {
         self
     }
 
-    /// With a fine surface that follows the shape.
+    /// With a mesh that draws it, and with a fine surface that follows the shape.
     #[cfg(feature = "render")]
-    pub(crate) fn with_skin(mut self, skin: Arc<Skin>) -> Self {
-        self.skin = Some(skin);
+    pub(crate) fn with_surface(mut self, skin: Option<Arc<Skin>>, mesh: BodyMesh) -> Self {
+        self.skin = skin;
+        self.mesh = Some(mesh);
         self
+    }
+
+    /// The mesh that draws it, if there is one.
+    #[cfg(feature = "render")]
+    pub(crate) fn own_mesh(&self) -> Option<&BodyMesh> {
+        self.mesh.as_ref()
     }
 
     /// The fine surface, if there is one.

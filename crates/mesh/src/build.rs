@@ -82,8 +82,9 @@ pub fn build(mesh: FileMesh, options: &BuildOptions) -> Result<SoftMesh, MeshErr
 
 fn shell(mut surface: SurfaceMesh, options: &BuildOptions) -> Result<SoftMesh, MeshError> {
     let placement = Placement::of(&mut surface.vertices, &surface.triangles, options)?;
-    mend_surface(&mut surface)?;
-    Ok(placement.cloth(surface.vertices, surface.triangles, surface.notes))
+    let points = mend_surface(&mut surface)?;
+    let cloth = placement.cloth(surface.vertices, surface.triangles, surface.notes);
+    Ok(SoftMesh { points, ..cloth })
 }
 
 fn ropes(mut curves: CurveMesh, options: &BuildOptions) -> Result<SoftMesh, MeshError> {
@@ -93,7 +94,7 @@ fn ropes(mut curves: CurveMesh, options: &BuildOptions) -> Result<SoftMesh, Mesh
         mut segments,
         mut notes,
     } = curves;
-    note_unused(keep_used(&mut vertices, &mut segments), &mut notes);
+    note_unused(&keep_used(&mut vertices, &mut segments), &mut notes);
     weld(&vertices, &mut segments, &mut notes);
     clean_segments(&mut segments, &mut notes);
     if segments.is_empty() {
@@ -109,8 +110,8 @@ fn ropes(mut curves: CurveMesh, options: &BuildOptions) -> Result<SoftMesh, Mesh
             edges: segments,
             ..RestShape::default()
         },
-        skin: None,
         notes,
+        ..SoftMesh::default()
     })
 }
 
@@ -130,7 +131,7 @@ fn tetrahedra(mut mesh: TetMesh, options: &BuildOptions) -> Result<SoftMesh, Mes
 
 fn solid(mut surface: SurfaceMesh, options: &BuildOptions) -> Result<SoftMesh, MeshError> {
     let placement = Placement::of(&mut surface.vertices, &surface.triangles, options)?;
-    mend_surface(&mut surface)?;
+    let points = mend_surface(&mut surface)?;
     let mut notes = surface.notes;
     let filling = fill::fill(
         &surface.vertices,
@@ -145,22 +146,27 @@ fn solid(mut surface: SurfaceMesh, options: &BuildOptions) -> Result<SoftMesh, M
             "{lost} too far from the tetrahedra, attached to the nearest one: use more cells for finer parts"
         ));
     }
-    let mut body = placement.solid(filling.vertices, filling.tetrahedra, notes)?;
-    body.skin = Some(Skin {
-        triangles: surface.triangles,
-        anchors,
-    });
-    Ok(body)
+    let body = placement.solid(filling.vertices, filling.tetrahedra, notes)?;
+    Ok(SoftMesh {
+        skin: Some(Skin {
+            triangles: surface.triangles,
+            anchors,
+        }),
+        points,
+        ..body
+    })
 }
 
-fn mend_surface(surface: &mut SurfaceMesh) -> Result<(), MeshError> {
+/// Mends a surface. Returns the vertex that each became; `None` for those that are removed.
+fn mend_surface(surface: &mut SurfaceMesh) -> Result<Vec<Option<u32>>, MeshError> {
     let SurfaceMesh {
         vertices,
         triangles,
         notes,
     } = surface;
-    note_unused(keep_used(vertices, triangles), notes);
-    weld(vertices, triangles, notes);
+    let used = keep_used(vertices, triangles);
+    note_unused(&used, notes);
+    let welded = weld(vertices, triangles, notes);
     clean_triangles(vertices, triangles, notes);
     if triangles.is_empty() {
         return Err(MeshError::unusable(
@@ -168,18 +174,19 @@ fn mend_surface(surface: &mut SurfaceMesh) -> Result<(), MeshError> {
             "use triangles with three distinct corners that are not collinear",
         ));
     }
-    keep_used(vertices, triangles);
+    let kept = keep_used(vertices, triangles);
     face_outwards(vertices, triangles, notes);
     let branching = borders(triangles).branching;
     if branching > 0 {
         notes.push(format!("non-manifold edges: {branching}"));
     }
-    Ok(())
+    let became = |vertex: Option<u32>| kept[welded[vertex? as usize] as usize];
+    Ok(used.into_iter().map(became).collect())
 }
 
 fn mend_tetrahedra(mesh: &mut TetMesh) -> Result<(), MeshError> {
     note_unused(
-        keep_used(&mut mesh.vertices, &mut mesh.tetrahedra),
+        &keep_used(&mut mesh.vertices, &mut mesh.tetrahedra),
         &mut mesh.notes,
     );
     weld(&mesh.vertices, &mut mesh.tetrahedra, &mut mesh.notes);
@@ -194,7 +201,8 @@ fn mend_tetrahedra(mesh: &mut TetMesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn note_unused(unused: usize, notes: &mut Vec<String>) {
+fn note_unused(numbers: &[Option<u32>], notes: &mut Vec<String>) {
+    let unused = numbers.iter().filter(|number| number.is_none()).count();
     if unused > 0 {
         let unused = counted(unused, "unused vertex", "unused vertices");
         notes.push(format!("{unused} removed"));
@@ -280,8 +288,8 @@ impl Placement {
                 triangles,
                 ..RestShape::default()
             },
-            skin: None,
             notes,
+            ..SoftMesh::default()
         }
     }
 
@@ -309,8 +317,8 @@ impl Placement {
                 tetrahedra,
                 ..RestShape::default()
             },
-            skin: None,
             notes,
+            ..SoftMesh::default()
         })
     }
 }

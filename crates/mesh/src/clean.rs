@@ -22,12 +22,12 @@ pub(super) fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-/// Merges coincident vertices and updates the elements.
+/// Merges coincident vertices and updates the elements. Returns the vertex that each became.
 pub(super) fn weld<const N: usize>(
     vertices: &[DVec3],
     elements: &mut [[u32; N]],
     notes: &mut Vec<String>,
-) {
+) -> Vec<u32> {
     let cell = |p: DVec3| (p / (2.0 * WELD)).floor().as_i64vec3().to_array();
     let mut cells: BTreeMap<[i64; 3], Vec<u32>> = BTreeMap::new();
     let mut stands_for: Vec<u32> = Vec::with_capacity(vertices.len());
@@ -65,33 +65,34 @@ pub(super) fn weld<const N: usize>(
             counted(welded, "duplicate vertex", "duplicate vertices")
         ));
     }
+    stands_for
 }
 
-/// Removes vertices that no element uses and renumbers the rest; returns the number removed.
+/// Removes vertices that no element uses and renumbers the rest. Returns the new number of each.
 pub(super) fn keep_used<const N: usize>(
     vertices: &mut Vec<DVec3>,
     elements: &mut [[u32; N]],
-) -> usize {
+) -> Vec<Option<u32>> {
     let mut used = vec![false; vertices.len()];
     for corner in elements.iter().flatten() {
         used[*corner as usize] = true;
     }
     let mut next = 0;
-    let renumbered: Vec<u32> = used
+    let renumbered: Vec<Option<u32>> = used
         .iter()
         .map(|used| {
             let own = next;
             next += u32::from(*used);
-            own
+            used.then_some(own)
         })
         .collect();
     for corner in elements.iter_mut().flatten() {
-        *corner = renumbered[*corner as usize];
+        // It is used here.
+        *corner = renumbered[*corner as usize].unwrap_or_default();
     }
-    let before = vertices.len();
     let mut used = used.into_iter();
     vertices.retain(|_| used.next() == Some(true));
-    before - vertices.len()
+    renumbered
 }
 
 /// Removes segments without length and repeated ones.

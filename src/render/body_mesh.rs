@@ -1,0 +1,495 @@
+//! A mesh of the app as the drawn form of a body.
+//!
+//! Vertices of the mesh follow points of the body: the vertices of its skin, or its particles. Where
+//! several vertices of the mesh are at one point, as along seams of texture coordinates and along hard
+//! edges, each stays a vertex of its own. Vertices at one point that have the same normal at rest share
+//! their normal afterwards, so that no seam shows.
+
+use crate::{mesh::Skin, simulation::BodySkin, solver::Topology};
+use bevy::{
+    mesh::{Indices, VertexAttributeValues},
+    prelude::*,
+};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
+
+/// Draws a body with a mesh of the app, which keeps its texture coordinates, seams, hard edges, colors
+/// and tangents. Comes from [`SoftBodyBuilder::mesh`](crate::simulation::SoftBodyBuilder::mesh).
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::prelude::*;
+///
+/// fn setup(mut commands: Commands) -> Result {
+///     let ball = SoftBody::from_mesh(&Sphere::new(0.3).mesh().uv(32, 18))?; // m
+///     let (skin, mesh) = (ball.skin(), ball.mesh());
+///     let mut body = commands.spawn((ball.build(), Stretch::default(), Volume::default()));
+///     // `MeshMaterial3d` with a texture comes here.
+///     if let (Some(skin), Some(mesh)) = (skin, mesh) {
+///         body.insert((skin, mesh));
+///     }
+///     Ok(())
+/// }
+/// # let mut app = App::new();
+/// # app.add_plugins((MinimalPlugins, pliant::SoftBodyPlugins::default()));
+/// # app.add_systems(Startup, setup);
+/// # app.update();
+/// ```
+///
+/// Triangles of the mesh that have no area, or that another one covers, are not drawn. Where the body
+/// tears, the mesh comes apart with it; triangles of a [skin](BodySkin) across the crack vanish.
+#[derive(Component, Debug, Clone)]
+pub struct BodyMesh {
+    mesh: Arc<Mesh>,
+    points: Arc<[Option<u32>]>,
+    /// Triangles with their vertices in the mesh.
+    triangles: Arc<[Triangle]>,
+}
+
+/// A triangle of the mesh.
+#[derive(Debug, Clone, Copy)]
+struct Triangle {
+    /// Its vertices.
+    vertices: [u32; 3],
+    /// Index of the triangle of the body.
+    number: u32,
+    /// For each of its vertices, the corner of that triangle.
+    corners: [u8; 3],
+}
+
+impl BodyMesh {
+    /// A mesh whose vertices follow `points`: vertices of the skin of a body, or of the body itself
+    /// without one, with their `triangles`.
+    pub(super) fn new(mesh: Mesh, points: Vec<Option<u32>>, triangles: &[[u32; 3]]) -> Self {
+        let numbers = (0..).zip(triangles);
+        let known: BTreeMap<_, u32> = numbers.map(|(number, t)| (sorted(*t), number)).collect();
+        let mut drawn = BTreeSet::new();
+        let of_mesh = |vertices: &[u32; 3]| {
+            let [a, b, c] = vertices.map(|vertex| points.get(vertex as usize).copied().flatten());
+            let at = [a?, b?, c?];
+            let number = *known.get(&sorted(at))?;
+            // The first one of several that lie on each other.
+            let is_first = drawn.insert(number);
+            let corner = |point: u32| {
+                let corners = &triangles[number as usize];
+                corners.iter().position(|&it| it == point).unwrap_or(0) as u8
+            };
+            is_first.then_some(Triangle {
+                vertices: *vertices,
+                number,
+                corners: at.map(corner),
+            })
+        };
+        let corners = indices(&mesh);
+        Self {
+            triangles: corners.as_chunks().0.iter().filter_map(of_mesh).collect(),
+            mesh: Arc::new(mesh),
+            points: points.into(),
+        }
+    }
+
+    /// The mesh at rest.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// For each vertex of the mesh, the vertex of the [skin](BodySkin), or of the body without one,
+    /// that it follows; `None` for a vertex without a triangle.
+    #[must_use]
+    pub fn points(&self) -> &[Option<u32>] {
+        &self.points
+    }
+
+    /// Its triangles as they are now, with the vertices in the mesh and the points of the body.
+    fn now(&self, body: &Topology, skin: Option<&Skin>) -> Vec<[(u32, u32); 3]> {
+        let left: Option<BTreeSet<_>> =
+            skin.map(|skin| skin.triangles.iter().map(|t| sorted(*t)).collect());
+        let at = |triangle: &Triangle| {
+            let points = match &left {
+                // Points of a skin stay; triangles across a crack do not.
+                Some(left) => {
+                    let of = |vertex: u32| self.points[vertex as usize].unwrap_or_default();
+                    let points = triangle.vertices.map(of);
+                    left.contains(&sorted(points)).then_some(points)?
+                }
+                // Triangles of a cloth stay in their order; particles are split.
+                None => {
+                    let corners = body.triangles.get(triangle.number as usize)?;
+                    triangle.corners.map(|corner| corners[usize::from(corner)])
+                }
+            };
+            let [a, b, c] = triangle.vertices;
+            let [p, q, r] = points;
+            Some([(a, p), (b, q), (c, r)])
+        };
+        self.triangles.iter().filter_map(at).collect()
+    }
+}
+
+/// Indices of the corners of the triangles of a mesh.
+pub(super) fn indices(mesh: &Mesh) -> Vec<u32> {
+    match mesh.indices() {
+        Some(indices) => indices.iter().map(|index| index as u32).collect(),
+        None => (0..mesh.count_vertices() as u32).collect(),
+    }
+}
+
+fn sorted(mut triangle: [u32; 3]) -> [u32; 3] {
+    triangle.sort_unstable();
+    triangle
+}
+
+/// Vertices at one point whose normals at rest differ by less than this angle share a normal.
+const SAME_NORMAL: f32 = std::f32::consts::PI / 180.0;
+
+/// The drawn form of a body that has a mesh.
+#[derive(Debug)]
+pub struct OwnMesh {
+    /// The mesh at rest, with a vertex for each that is drawn.
+    mesh: Mesh,
+    /// For each drawn vertex, the point that it follows.
+    pub source: Vec<u32>,
+    /// For each drawn vertex, its normal among those that are shared.
+    normal: Vec<u32>,
+    /// Triangles over the drawn vertices.
+    pub triangles: Vec<[u32; 3]>,
+    /// Directions along the texture, for a mesh with tangents.
+    tangents: Vec<Tangent>,
+    shared: usize,
+}
+
+/// A tangent as a direction about the normal of its vertex.
+#[derive(Debug, Clone, Copy)]
+struct Tangent {
+    /// The drawn vertex towards which the angle is zero.
+    towards: u32,
+    /// Cosine and sine of the angle at rest.
+    turn: Vec2,
+    /// The sign of the bitangent.
+    sign: f32,
+}
+
+impl OwnMesh {
+    /// The mesh of a body in its present topology.
+    #[must_use]
+    pub fn new(own: &BodyMesh, body: &Topology, skin: Option<&BodySkin>) -> Self {
+        let now = own.now(body, skin.map(|skin| &*skin.0));
+        let mut pairs: Vec<(u32, u32)> = now.iter().flatten().copied().collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let place = |pair| pairs.binary_search(&pair).unwrap_or_default() as u32;
+        let triangles: Vec<_> = now.iter().map(|t| t.map(place)).collect();
+        // Without shared vertices: one for each index.
+        let mut mesh = (*own.mesh).clone();
+        mesh.insert_indices(Indices::U32(
+            pairs.iter().map(|(vertex, _)| *vertex).collect(),
+        ));
+        mesh.duplicate_vertices();
+        mesh.insert_indices(Indices::U32(triangles.as_flattened().to_vec()));
+        let source: Vec<u32> = pairs.iter().map(|(_, point)| *point).collect();
+        let normals = vectors(&mesh, Mesh::ATTRIBUTE_NORMAL);
+        let (normal, shared) = shared_normals(&source, &normals);
+        let mut form = Self {
+            mesh,
+            source,
+            normal,
+            triangles,
+            tangents: Vec::new(),
+            shared,
+        };
+        form.tangents = form.tangents_at_rest(&normals);
+        form
+    }
+
+    /// The mesh, still at rest.
+    #[must_use]
+    pub fn mesh(&self) -> Mesh {
+        let mesh = self.mesh.clone();
+        match mesh.contains_attribute(Mesh::ATTRIBUTE_NORMAL) {
+            true => mesh,
+            false => {
+                let normals = vec![[0.0_f32; 3]; self.source.len()];
+                mesh.with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+            }
+        }
+    }
+
+    /// Writes positions and normals of the drawn vertices for the given points.
+    pub fn draw(&self, points: &[Vec3], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+        for (position, &source) in positions.iter_mut().zip(&self.source) {
+            *position = points[source as usize].to_array();
+        }
+        let mut sums = vec![Vec3::ZERO; self.shared];
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|v| Vec3::from(positions[v as usize]));
+            let area = (b - a).cross(c - a);
+            for &vertex in triangle {
+                sums[self.normal[vertex as usize] as usize] += area;
+            }
+        }
+        for (normal, &shared) in normals.iter_mut().zip(&self.normal) {
+            // Where areas cancel out, any direction will do.
+            let unit = sums[shared as usize].try_normalize().unwrap_or(Vec3::Y);
+            *normal = unit.to_array();
+        }
+    }
+
+    /// Writes the tangents for drawn positions and normals, if the mesh has some.
+    pub fn turn_tangents(&self, positions: &[[f32; 3]], normals: &[[f32; 3]], mesh: &mut Mesh) {
+        let Some(VertexAttributeValues::Float32x4(into)) =
+            mesh.attribute_mut(Mesh::ATTRIBUTE_TANGENT)
+        else {
+            return;
+        };
+        for (v, (into, tangent)) in into.iter_mut().zip(&self.tangents).enumerate() {
+            let [from, to] = [v, tangent.towards as usize].map(|v| Vec3::from(positions[v]));
+            let normal = Vec3::from(normals[v]);
+            let along = in_plane(to - from, normal);
+            let across = normal.cross(along);
+            let now = along * tangent.turn.x + across * tangent.turn.y;
+            *into = now.extend(tangent.sign).to_array();
+        }
+    }
+
+    fn tangents_at_rest(&self, normals: &[Vec3]) -> Vec<Tangent> {
+        let Some(VertexAttributeValues::Float32x4(given)) =
+            self.mesh.attribute(Mesh::ATTRIBUTE_TANGENT)
+        else {
+            return Vec::new();
+        };
+        let positions = vectors(&self.mesh, Mesh::ATTRIBUTE_POSITION);
+        let mut towards: Vec<u32> = (0..self.source.len() as u32).collect();
+        for &[a, b, c] in &self.triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                towards[from as usize] = to;
+            }
+        }
+        let tangents = towards.into_iter().zip(given).enumerate();
+        let tangent = |(v, (towards, &given)): (usize, (u32, &[f32; 4]))| {
+            let normal = normals.get(v).copied().unwrap_or(Vec3::Y);
+            let along = in_plane(positions[towards as usize] - positions[v], normal);
+            let given = Vec4::from_array(given);
+            let flat = in_plane(given.truncate(), normal);
+            Tangent {
+                towards,
+                turn: Vec2::new(flat.dot(along), flat.dot(normal.cross(along))),
+                sign: given.w,
+            }
+        };
+        tangents.map(tangent).collect()
+    }
+}
+
+/// The unit vector along the part of a vector that is perpendicular to a unit normal.
+fn in_plane(vector: Vec3, normal: Vec3) -> Vec3 {
+    let flat = vector.reject_from_normalized(normal).try_normalize();
+    flat.unwrap_or_else(|| normal.any_orthonormal_vector())
+}
+
+/// For each drawn vertex, the normal that it shares with others at its point, and their number.
+fn shared_normals(source: &[u32], normals: &[Vec3]) -> (Vec<u32>, usize) {
+    let mut at_point: BTreeMap<u32, Vec<(Option<Vec3>, u32)>> = BTreeMap::new();
+    let mut count = 0;
+    let same = SAME_NORMAL.cos();
+    let place = |(v, &point): (usize, &u32)| {
+        let normal = normals.get(v).copied();
+        let known = at_point.entry(point).or_default();
+        let is_same = |(other, _): &&(Option<Vec3>, u32)| match (*other, normal) {
+            (Some(other), Some(normal)) => other.dot(normal) >= same,
+            _ => true,
+        };
+        if let Some((_, shared)) = known.iter().find(is_same) {
+            return *shared;
+        }
+        count += 1;
+        known.push((normal, count - 1));
+        count - 1
+    };
+    let shared: Vec<u32> = source.iter().enumerate().map(place).collect();
+    (shared, count as usize)
+}
+
+/// An attribute of three numbers, or nothing.
+fn vectors(mesh: &Mesh, attribute: impl Into<bevy::mesh::MeshVertexAttributeId>) -> Vec<Vec3> {
+    match mesh.attribute(attribute) {
+        Some(VertexAttributeValues::Float32x3(given)) => {
+            given.iter().map(|&it| Vec3::from(it)).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        SoftBodyPlugins,
+        render::{Drawn, SoftBodyMeshPlugin, outline},
+        simulation::{Action, Actions, SoftBody, tick},
+        solver::Cut,
+    };
+
+    /// The drawn mesh of a body from a mesh, with its points moved.
+    fn drawn(mesh: &Mesh, moved: impl Fn(Vec3) -> Vec3) -> Mesh {
+        let builder = SoftBody::from_mesh(mesh).expect("a body");
+        let (skin, own) = (builder.skin(), builder.mesh().expect("its mesh"));
+        let (body, ..) = builder.build();
+        let mut drawn = Drawn::new(Arc::new(outline(&body.0, skin.as_ref(), None, Some(&own))));
+        match &skin {
+            Some(BodySkin(skin)) => skin.deform_with(
+                |vertex| moved(body.rest[body.particle(vertex)]),
+                &mut drawn.points,
+            ),
+            None => drawn.points = body.rest.iter().map(|&x| moved(x)).collect(),
+        }
+        drawn.refresh();
+        let mut mesh = drawn.outline.mesh();
+        drawn.write(&mut mesh);
+        mesh
+    }
+
+    fn uvs(mesh: &Mesh) -> Vec<[f32; 2]> {
+        match mesh.attribute(Mesh::ATTRIBUTE_UV_0) {
+            Some(VertexAttributeValues::Float32x2(uvs)) => uvs.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Largest distance of two lists of vectors.
+    fn apart(a: &[Vec3], b: &[Vec3]) -> f32 {
+        assert_eq!(a.len(), b.len());
+        let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
+        apart.fold(0.0, f32::max)
+    }
+
+    /// Bevy's cube has 24 vertices, its sphere a seam: with the body at rest the mesh is as it was.
+    #[test]
+    fn texture_coordinates_seams_and_hard_edges_stay() {
+        let cube = Mesh::from(Cuboid::new(1.0, 2.0, 3.0));
+        let seen = drawn(&cube, |x| x);
+        assert_eq!(uvs(&seen), uvs(&cube));
+        let [was, now] = [&cube, &seen].map(|mesh| vectors(mesh, Mesh::ATTRIBUTE_POSITION));
+        // Anchors in f32 of coordinates up to 1.5 m.
+        assert!(apart(&was, &now) < 1e-6, "{} m", apart(&was, &now));
+        let [was, now] = [&cube, &seen].map(|mesh| vectors(mesh, Mesh::ATTRIBUTE_NORMAL));
+        assert!(apart(&was, &now) < 1e-5, "{}", apart(&was, &now));
+
+        let sphere = Sphere::new(1.0).mesh().uv(24, 12);
+        let seen = drawn(&sphere, |x| x);
+        let now = vectors(&seen, Mesh::ATTRIBUTE_NORMAL);
+        let at = vectors(&seen, Mesh::ATTRIBUTE_POSITION);
+        // The poles of the given sphere have triangles without area.
+        assert!(uvs(&seen).len() <= uvs(&sphere).len());
+        let (low, high) = uvs(&seen).iter().fold((1.0, 0.0), |(low, high), [u, _]| {
+            (f32::min(low, *u), f32::max(high, *u))
+        });
+        assert_eq!((low, high), (0.0, 1.0), "both sides of the seam are there");
+        for (a, normal) in at.iter().zip(&now) {
+            for (b, other) in at.iter().zip(&now) {
+                assert!(a.distance(*b) > 1e-5 || normal == other, "a seam shows");
+            }
+            // Weighted by areas of triangles of 15°.
+            assert!(normal.dot(*a) > 0.99, "{normal} at {a}");
+        }
+    }
+
+    #[test]
+    fn normals_and_tangents_turn_with_the_body() {
+        let turn = Quat::from_rotation_z(0.7) * Quat::from_rotation_y(0.4);
+        let mut plane = Plane3d::default()
+            .mesh()
+            .size(2.0, 2.0)
+            .subdivisions(2)
+            .build();
+        plane
+            .generate_tangents()
+            .expect("it has texture coordinates");
+        let tangents = |mesh: &Mesh| match mesh.attribute(Mesh::ATTRIBUTE_TANGENT) {
+            Some(VertexAttributeValues::Float32x4(tangents)) => tangents.clone(),
+            _ => Vec::new(),
+        };
+        let seen = drawn(&plane, |x| turn * x);
+        assert_eq!(uvs(&seen), uvs(&plane));
+        let turned = |it: Vec<Vec3>| it.into_iter().map(|v| turn * v).collect::<Vec<_>>();
+        let normals = vectors(&seen, Mesh::ATTRIBUTE_NORMAL);
+        let expected = turned(vectors(&plane, Mesh::ATTRIBUTE_NORMAL));
+        assert!(apart(&normals, &expected) < 1e-5);
+        assert_eq!(tangents(&seen).len(), 16);
+        for (now, was) in tangents(&seen).into_iter().zip(tangents(&plane)) {
+            let [now, was] = [now, was].map(Vec4::from_array);
+            assert_eq!(now.w, was.w);
+            let expected = turn * was.truncate();
+            assert!(
+                now.truncate().distance(expected) < 1e-5,
+                "{now}, {expected}"
+            );
+        }
+    }
+
+    /// Cuts a plane and a ball through the middle, and draws them: texture coordinates stay with their
+    /// triangles, and no triangle is drawn across the cut.
+    #[test]
+    fn a_body_that_is_cut_takes_its_mesh_apart() {
+        let plane = Plane3d::default()
+            .mesh()
+            .size(2.0, 2.0)
+            .subdivisions(8)
+            .build();
+        let ball = Sphere::new(1.0).mesh().uv(24, 12);
+        for (mesh, loses) in [(plane, false), (ball, true)] {
+            let mut app = App::new();
+            app.add_plugins((MinimalPlugins, AssetPlugin::default(), TransformPlugin))
+                .init_asset::<Mesh>()
+                .add_plugins((SoftBodyPlugins::default(), SoftBodyMeshPlugin));
+            let builder = SoftBody::from_mesh(&mesh).expect("a body");
+            let (skin, own) = (builder.skin(), builder.mesh().expect("its mesh"));
+            let mut entity = app.world_mut().spawn((builder.build(), own));
+            if let Some(skin) = skin {
+                entity.insert(skin);
+            }
+            let body = entity.id();
+            app.update();
+            let before = seen(&app, body);
+            let cut = Cut {
+                eye: Vec3::new(0.05, 5.0, 0.0),
+                rays: [Vec3::new(0.0, -5.0, 3.0), Vec3::new(0.0, -5.0, -3.0)],
+            };
+            let mut actions = app.world_mut().resource_mut::<Actions>();
+            actions.push(Action::Cut { body, cut });
+            tick(app.world_mut());
+            app.update();
+            let after = seen(&app, body);
+            assert_ne!(before, after);
+            assert_eq!(after.len() < before.len(), loses);
+            // Along the cut, vertices of the plane are on both sides.
+            let now = drawn_mesh(&app, body).count_vertices();
+            assert!(loses || now >= mesh.count_vertices() + 10, "{now} vertices");
+            // Each triangle is one of those before, with its texture coordinates, and not stretched.
+            for triangle in &after {
+                let same = |it: &&[([u32; 2], Vec3); 3]| it.map(|c| c.0) == triangle.map(|c| c.0);
+                let was = before.iter().filter(same);
+                let near = was.filter(|was| (0..3).all(|k| was[k].1.distance(triangle[k].1) < 0.1));
+                assert!(near.count() > 0, "{triangle:?}");
+            }
+        }
+    }
+
+    fn drawn_mesh(app: &App, body: Entity) -> &Mesh {
+        let mesh = app.world().get::<Mesh3d>(body).expect("it is drawn");
+        let meshes = app.world().resource::<Assets<Mesh>>();
+        meshes.get(&mesh.0).expect("there")
+    }
+
+    /// Triangles of the drawn mesh: bits of the texture coordinates and positions of their corners.
+    fn seen(app: &App, body: Entity) -> Vec<[([u32; 2], Vec3); 3]> {
+        let mesh = drawn_mesh(app, body);
+        let (uvs, at) = (uvs(mesh), vectors(mesh, Mesh::ATTRIBUTE_POSITION));
+        let corner = |v: u32| (uvs[v as usize].map(f32::to_bits), at[v as usize]);
+        let corners = indices(mesh);
+        let triangles = corners.as_chunks::<3>().0.iter();
+        triangles.map(|t| t.map(corner)).collect()
+    }
+}
