@@ -27,7 +27,7 @@ fn setup(
     // Any mesh of triangles: of a glTF file, for example, once it is loaded.
     let mesh = Sphere::new(0.6).mesh().uv(48, 24); // m
     let ball = SoftBody::from_mesh(&mesh)?;
-    let (skin, mesh) = (ball.skin(), ball.mesh());
+    let (skin, mesh) = (ball.skin(), ball.mesh(&mesh));
     let mut body = commands.spawn((
         ball.at(Vec3::Y * 1.5).build(),
         Stretch {

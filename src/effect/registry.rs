@@ -142,7 +142,7 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     }
 
     /// Advice on the effect for a body that carries it under these settings, in one sentence.
-    fn note(&self, _body: &EntityRef, _settings: &Settings) -> Option<&'static str> {
+    fn note(&self, _body: &EntityRef, _settings: &Settings) -> Option<String> {
         None
     }
 }
@@ -176,7 +176,7 @@ pub struct EffectInfo {
     /// Figures of the effect on a body; `None` if the body does not carry it.
     pub figures: fn(&EntityRef, f32) -> Option<Figures>,
     /// Advice on the effect for a body under these settings, in one sentence.
-    pub note: fn(&EntityRef, &Settings) -> Option<&'static str>,
+    pub note: fn(&EntityRef, &Settings) -> Option<String>,
     /// Whether a parameter, given by name, affects a body.
     pub matters: fn(&str, &EntityRef) -> bool,
     /// Whether the systems of the effect are in the schedules.

@@ -79,12 +79,13 @@ impl Effect for Rod {
             .map(|reason| reason.to_string())
     }
 
-    fn note(&self, body: &EntityRef, _: &Settings) -> Option<&'static str> {
+    fn note(&self, body: &EntityRef, _: &Settings) -> Option<String> {
         let edges = &body.get::<SoftBody>()?.0.edges;
         let longest = edges.rest_length.iter().copied().fold(0.0, f32::max);
-        (self.twist.get().abs() * longest > MAX_TURN).then_some(
-            "The twist is more than 0.5 rad per segment: use more segments, or less of it.",
-        )
+        (self.twist.get().abs() * longest > MAX_TURN).then(|| {
+            "The twist is more than 0.5 rad per segment: use more segments, or less of it."
+                .to_owned()
+        })
     }
 
     fn elements(&self, body: &EntityRef) -> usize {

@@ -60,8 +60,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 14 stores from which emitter a body comes.
-const VERSION: u32 = 14;
+/// Other versions are not read. Version 15 stores the tolerance of the direct solver.
+const VERSION: u32 = 15;
 const HEAD: usize = 28;
 
 impl Snapshot {

@@ -23,8 +23,9 @@ use std::{
 /// use pliant::prelude::*;
 ///
 /// fn setup(mut commands: Commands) -> Result {
-///     let ball = SoftBody::from_mesh(&Sphere::new(0.3).mesh().uv(32, 18))?; // m
-///     let (skin, mesh) = (ball.skin(), ball.mesh());
+///     let mesh = Sphere::new(0.3).mesh().uv(32, 18); // m
+///     let ball = SoftBody::from_mesh(&mesh)?;
+///     let (skin, mesh) = (ball.skin(), ball.mesh(&mesh));
 ///     let mut body = commands.spawn((ball.build(), Stretch::default(), Volume::default()));
 ///     // `MeshMaterial3d` with a texture comes here.
 ///     if let (Some(skin), Some(mesh)) = (skin, mesh) {
@@ -335,7 +336,7 @@ mod tests {
     /// The drawn mesh of a body from a mesh, with its points moved.
     fn drawn(mesh: &Mesh, moved: impl Fn(Vec3) -> Vec3) -> Mesh {
         let builder = SoftBody::from_mesh(mesh).expect("a body");
-        let (skin, own) = (builder.skin(), builder.mesh().expect("its mesh"));
+        let (skin, own) = (builder.skin(), builder.mesh(mesh).expect("its mesh"));
         let (body, ..) = builder.build();
         let mut drawn = Drawn::new(Arc::new(outline(&body.0, skin.as_ref(), None, Some(&own))));
         match &skin {
@@ -445,7 +446,7 @@ mod tests {
                 .init_asset::<Mesh>()
                 .add_plugins((SoftBodyPlugins::default(), SoftBodyMeshPlugin));
             let builder = SoftBody::from_mesh(&mesh).expect("a body");
-            let (skin, own) = (builder.skin(), builder.mesh().expect("its mesh"));
+            let (skin, own) = (builder.skin(), builder.mesh(&mesh).expect("its mesh"));
             let mut entity = app.world_mut().spawn((builder.build(), own));
             if let Some(skin) = skin {
                 entity.insert(skin);

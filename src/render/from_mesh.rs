@@ -54,13 +54,8 @@ impl SoftBody {
             build(FileMesh::Surface(surface), &options(Treatment::Shell)).map_err(|_| error)
         })?;
         let middle = (0.5 * (low + high)).as_vec3();
-        let triangles = match &soft.skin {
-            Some(skin) => &skin.triangles,
-            None => &soft.shape.triangles,
-        };
-        let drawn = BodyMesh::new(mesh.clone(), soft.points, triangles);
         let body = Self::shape(soft.shape).at(middle);
-        Ok(body.with_surface(soft.skin.map(Arc::new), drawn))
+        Ok(body.of_mesh(soft.skin.map(Arc::new), soft.points))
     }
 }
 
@@ -73,11 +68,14 @@ impl SoftBodyBuilder {
             .map(|skin: &Arc<Skin>| BodySkin(Arc::clone(skin)))
     }
 
-    /// The mesh that a body [from a mesh](SoftBody::from_mesh) was made from, as a component that draws
-    /// the body with it: with its texture coordinates, seams and hard edges. `None` for other bodies.
+    /// The mesh that a body [was made from](SoftBody::from_mesh), as a component that draws the body with
+    /// it: with its texture coordinates, seams and hard edges. `None` for another mesh, whose number of
+    /// vertices differs.
     #[must_use]
-    pub fn mesh(&self) -> Option<BodyMesh> {
-        self.own_mesh().cloned()
+    pub fn mesh(&self, mesh: &Mesh) -> Option<BodyMesh> {
+        let (points, triangles) = self.points_of_mesh();
+        let is_it = mesh.count_vertices() == points.len();
+        is_it.then(|| BodyMesh::new(mesh.clone(), points.to_vec(), triangles))
     }
 }
 

@@ -1,13 +1,14 @@
 //! The start of a tick: update of masses, waking, and validation of input.
 
 use super::{
-    AddedMass, Asleep, BodyDensity, JustRestored, Pins, Quarantined, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, SpawnOrder, TickStart,
+    AddedMass, Asleep, BodyDensity, BodyDirectWorkspace, JustRestored, Pins, Quarantined,
+    RestTimer, SimulationClock, SimulationSettings, SoftBody, SpawnOrder, TickStart,
     body::{BodyQuarantined, shown_name},
+    carried::Carried,
     quarantine,
 };
 use crate::solver::{
-    Collide, Collider, Grab, Particles, Quarantine, Stitches,
+    Collide, Collider, Direct, Grab, Particles, Quarantine, Stitches,
     body::{INPUT, restore_at_rest},
     contact::collider::SweptCollider,
     masses::set_inverse_masses,
@@ -24,6 +25,42 @@ pub(super) fn update_masses(
 ) {
     for (body, mut particles, density, added, pins) in &mut bodies {
         set_inverse_masses(&mut particles.positions, body, density.0, added, pins);
+    }
+}
+
+/// Chooses the solver of bodies that carry [`Direct`] with a tolerance.
+pub(super) fn choose_solvers(
+    settings: Res<SimulationSettings>,
+    mut bodies: ParamSet<(
+        Query<
+            (
+                Entity,
+                &SoftBody,
+                &Particles,
+                Carried,
+                &mut BodyDirectWorkspace,
+            ),
+            With<Direct>,
+        >,
+        Query<&mut Direct>,
+    )>,
+    mut chosen: Local<Vec<(Entity, Direct)>>,
+) {
+    chosen.clear();
+    for (entity, body, particles, carried, mut workspace) in &mut bodies.p0() {
+        let mut effects = carried.effects();
+        workspace
+            .bypass_change_detection()
+            .0
+            .choose(&mut effects, body, particles, &settings);
+        chosen.extend(effects.direct.map(|direct| (entity, direct)));
+    }
+    let mut directs = bodies.p1();
+    for &(entity, direct) in &*chosen {
+        if let Ok(mut component) = directs.get_mut(entity) {
+            // Derived: no change, which would wake the body.
+            *component.bypass_change_detection() = direct;
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::{BodyDensity, Pins, SoftBody};
 #[cfg(feature = "render")]
-use crate::{mesh::Skin, render::BodyMesh};
+use crate::mesh::Skin;
 use crate::{
     mesh::{Diagonals, MeshError, Primitive},
     solver::{Density, RestShape, Topology, TopologyError, VertexIndex, topology::Dimension},
@@ -41,15 +41,16 @@ const LINE: Density = Density::of(0.1);
 /// # app.add_systems(Startup, setup);
 /// # app.update();
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SoftBodyBuilder {
     shape: RestShape,
     density: Option<Density>,
     pins: Vec<VertexIndex>,
     #[cfg(feature = "render")]
     skin: Option<Arc<Skin>>,
+    /// For each vertex of the mesh that it was made from, the vertex of the skin or of the shape.
     #[cfg(feature = "render")]
-    mesh: Option<BodyMesh>,
+    points: Vec<Option<u32>>,
 }
 
 impl SoftBody {
@@ -144,7 +145,7 @@ impl SoftBody {
             #[cfg(feature = "render")]
             skin: None,
             #[cfg(feature = "render")]
-            mesh: None,
+            points: Vec::new(),
         }
     }
 }
@@ -188,18 +189,22 @@ impl SoftBodyBuilder {
         self
     }
 
-    /// With a mesh that draws it, and with a fine surface that follows the shape.
+    /// Made from a mesh, whose vertices became these `points` of the fine surface that follows the
+    /// shape, or of the shape without one.
     #[cfg(feature = "render")]
-    pub(crate) fn with_surface(mut self, skin: Option<Arc<Skin>>, mesh: BodyMesh) -> Self {
-        self.skin = skin;
-        self.mesh = Some(mesh);
+    pub(crate) fn of_mesh(mut self, skin: Option<Arc<Skin>>, points: Vec<Option<u32>>) -> Self {
+        (self.skin, self.points) = (skin, points);
         self
     }
 
-    /// The mesh that draws it, if there is one.
+    /// The points that the vertices of its mesh became, and the triangles over them.
     #[cfg(feature = "render")]
-    pub(crate) fn own_mesh(&self) -> Option<&BodyMesh> {
-        self.mesh.as_ref()
+    pub(crate) fn points_of_mesh(&self) -> (&[Option<u32>], &[[u32; 3]]) {
+        let triangles = match &self.skin {
+            Some(skin) => &skin.triangles,
+            None => &self.shape.triangles,
+        };
+        (&self.points, triangles)
     }
 
     /// The fine surface, if there is one.

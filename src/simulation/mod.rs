@@ -167,6 +167,7 @@ impl Plugin for SimulationPlugin {
                     begin::wake_all,
                     begin::wake_touched,
                     begin::forget_restored,
+                    begin::choose_solvers,
                     begin::remember_start,
                 )
                     .chain()

@@ -123,7 +123,7 @@ fn solve_directly(world: &mut World) -> bool {
     for body in &mut world.bodies {
         let fits = direct::unfit(&body.topology, &body.effects, method).is_none();
         if fits && body.effects.direct.is_none() {
-            body.effects.direct = Some(Direct {});
+            body.effects.direct = Some(Direct::default());
             any = true;
         }
     }

@@ -92,7 +92,7 @@ impl Sample for Direct {
     const ON: On = On::Solid;
 
     fn sample(_: Damping) -> Self {
-        Self {}
+        Self::ALWAYS
     }
 }
 

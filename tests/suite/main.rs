@@ -88,6 +88,7 @@ mod simulation_schedules;
 mod simulation_sleep;
 mod solver_bend;
 mod solver_body_emitter;
+mod solver_choice;
 mod solver_closed_forms;
 mod solver_collider;
 mod solver_collision_iterations;

@@ -91,7 +91,7 @@ fn the_rows_add_up_to_the_change_on_every_scene_and_change_no_bit() {
 #[test]
 fn the_ledger_separates_the_work_of_the_direct_solver_by_cause() {
     let effects = Effects {
-        direct: Some(Direct {}),
+        direct: Some(Direct::default()),
         ..elastic_on_ground()
     };
     let mut cube = with(body("cube", cube(0.3, 3), 300.0), effects);

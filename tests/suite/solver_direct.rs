@@ -20,7 +20,7 @@ use pliant::{
     },
 };
 
-const DIRECT: Option<Direct> = Some(Direct {});
+const DIRECT: Option<Direct> = Some(Direct::ALWAYS);
 
 fn directly(effects: Effects) -> Effects {
     Effects {

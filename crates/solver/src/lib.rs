@@ -69,7 +69,7 @@ pub use quantity::{
     KeepSpin, Length, Lifetime, Mass, MembraneCompliance, Order, PieceSize, PlasticLimit,
     PoissonRatio, Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius,
     RollingResistance, SectionStiffness, Seed, Slack, SmoothingIterations, Stiffness, Strain,
-    Substeps, Thickness, Toughness, Twist, Yield, YoungsModulus,
+    Substeps, Thickness, Tolerance, Toughness, Twist, Yield, YoungsModulus,
 };
 pub use repair::Repair;
 pub use rest::SleepSettings;

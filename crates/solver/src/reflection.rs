@@ -13,7 +13,7 @@ use crate::quantity::{
     Friction, GrainRadius, GrainRolling, Height, Length, Lifetime, Mass, MembraneCompliance,
     PieceSize, PlasticLimit, PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution,
     RodRadius, RollingResistance, SectionStiffness, Seed, Slack, Stiffness, Strain, Thickness,
-    Toughness, Twist, Yield, YoungsModulus,
+    Tolerance, Toughness, Twist, Yield, YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -38,6 +38,7 @@ impl_reflect_opaque!((in pliant::solver) Curl(Clone, Debug, Default, PartialEq, 
 impl_reflect_opaque!((in pliant::solver) Twist(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Cohesion(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) RollingResistance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Tolerance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Slack(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Strain(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

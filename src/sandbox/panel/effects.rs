@@ -148,7 +148,7 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
         for parameter in &effect.parameters {
             parameter_row(ui, panel, effect, parameter);
         }
-        if let Some(note) = effect.note {
+        if let Some(note) = &effect.note {
             section::note(ui, note);
         }
         if let Some(effective) = &effect.effective {

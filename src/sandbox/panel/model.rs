@@ -206,7 +206,7 @@ pub struct EffectModel {
     /// Parameters on the selected bodies; empty if none carries it.
     pub parameters: Vec<Parameter>,
     /// Advice on the effect for the selected bodies, in one sentence.
-    pub note: Option<&'static str>,
+    pub note: Option<String>,
     /// Effective compliance, if it can be determined.
     pub effective: Option<EffectiveModel>,
     /// Minimum and maximum overpressure of the selected bodies [Pa].

@@ -36,12 +36,13 @@
 //! - Smoothing iterations skip directly solved effects.
 
 mod assemble;
+mod choice;
 pub(super) mod matrix;
 pub(super) mod plan;
 
 use super::elastic::Elastic as _;
 use super::{
-    Effects, ElasticKind, Method, Topology, TopologyId, effects::Multipliers,
+    Effects, ElasticKind, Method, Tolerance, Topology, TopologyId, effects::Multipliers,
     effects::kinds::iterate_kind, lanes::Instructions, particles::Part,
 };
 #[cfg(feature = "bevy")]
@@ -53,8 +54,10 @@ use plan::{Plan, TooLarge};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+pub use choice::Choice;
+
 /// Solves the body directly instead of by Gauss–Seidel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
     feature = "bevy",
@@ -62,7 +65,40 @@ use std::fmt;
     reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
     type_path = "pliant::effect"
 )]
-pub struct Direct {}
+pub struct Direct {
+    /// Relative error of the stiffness of the body that Gauss–Seidel may leave. It is used instead where
+    /// it is expected to stay within it, where it would reach it in less time, and where the body cannot
+    /// be solved directly ([`Choice`]). Default 0: always directly.
+    pub tolerance: Tolerance,
+    /// Whether Gauss–Seidel is used in this tick: derived, see [`DirectWorkspace::choose`].
+    #[serde(skip)]
+    #[cfg_attr(feature = "bevy", reflect(ignore))]
+    pub yields: bool,
+}
+
+impl Direct {
+    /// Without a tolerance.
+    pub const ALWAYS: Self = Self {
+        tolerance: Tolerance::of(0.0),
+        yields: false,
+    };
+
+    /// With Gauss–Seidel wherever it is expected to be off by less than this error, or faster.
+    #[must_use]
+    pub fn with_tolerance(tolerance: Tolerance) -> Self {
+        Self {
+            tolerance,
+            yields: false,
+        }
+    }
+}
+
+/// What is derived does not take part in comparisons.
+impl PartialEq for Direct {
+    fn eq(&self, other: &Self) -> bool {
+        self.tolerance == other.tolerance
+    }
+}
 
 /// Maximum number of multiplications of a factorization: about 13 ms on a cloud AMD EPYC.
 pub const MAX_WORK: u64 = 100_000_000;
@@ -101,6 +137,7 @@ struct Workspace {
     /// λ of Gauss–Seidel iterations.
     iterated: [Vec<f32>; ElasticKind::COUNT],
     status: Status,
+    chosen: Option<choice::Chosen>,
 }
 
 /// Outcome of the last substep.
@@ -177,13 +214,20 @@ impl fmt::Display for Unfit {
 /// Reason against the direct solver for a body with these effects, if any.
 #[must_use]
 pub fn unfit(topology: &Topology, effects: &Effects, method: Method) -> Option<Unfit> {
+    unfit_effects(effects, method).or_else(|| {
+        let fits = work(topology, effects).is_some();
+        (!fits).then(|| Unfit::TooLarge(topology.particles()))
+    })
+}
+
+/// Reason against it that does not depend on the size of the body.
+fn unfit_effects(effects: &Effects, method: Method) -> Option<Unfit> {
     if !method.has_direct() {
         Some(Unfit::Method)
     } else if effects.neo_hookean.is_some_and(|it| it.is_rigid()) {
         Some(Unfit::RigidNeoHookean)
     } else {
-        let fits = work(topology, effects).is_some();
-        (!fits).then(|| Unfit::TooLarge(topology.particles()))
+        None
     }
 }
 
@@ -320,6 +364,7 @@ impl Workspace {
         *self = Self {
             planned: wanted,
             plan: plan(topology, effects).ok().filter(|_| !is_rigid),
+            chosen: self.chosen,
             ..Self::default()
         };
         if let Some(plan) = &self.plan {

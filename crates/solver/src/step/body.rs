@@ -1,8 +1,8 @@
 //! A body without Bevy: topology, particles and effects.
 
 use crate::{
-    Density, DirectWorkspace, EffectStates, Effects, ForceKind, Mass, Particles, Stitches,
-    Topology, VertexIndex,
+    Density, DirectWorkspace, EffectStates, Effects, ForceKind, Mass, Particles, Settings,
+    Stitches, Topology, VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     rest::RestTimer,
     step::{
@@ -121,6 +121,14 @@ impl Body {
         }
     }
 
+    /// Chooses between the direct solver and Gauss–Seidel for the next tick, if the body carries
+    /// [`Direct`](crate::Direct) with a tolerance; [`World`](crate::World) does so.
+    pub fn choose_solver(&mut self, settings: &Settings) {
+        let (topology, particles) = (&self.topology, &self.particles);
+        self.direct
+            .choose(&mut self.effects, topology, particles, settings);
+    }
+
     /// Starts a tick: allocates multipliers, checks the input, and stores positions.
     pub fn begin_tick(&mut self) {
         if let Some(particle) = self.particles.first_unfit(self.topology.particles()) {
@@ -158,7 +166,7 @@ impl Body {
 
     /// Tears the body where it is above its limits, at the end of a tick; returns what has become of
     /// its particles, if it was torn.
-    pub fn tear(&mut self, settings: &crate::Settings) -> Option<Torn> {
+    pub fn tear(&mut self, settings: &Settings) -> Option<Torn> {
         self.split(|stepper, masses, start| stepper.tear(masses, start, settings))
     }
 
@@ -192,7 +200,7 @@ impl Body {
 
     /// Adds and removes grains at the end of a tick; returns what has become of the particles, if
     /// there were any changes.
-    pub fn renew(&mut self, settings: &crate::Settings) -> Option<Renewed> {
+    pub fn renew(&mut self, settings: &Settings) -> Option<Renewed> {
         let (mut start, mut added, mut pins) = (
             std::mem::take(&mut self.tick_start),
             std::mem::take(&mut self.added_mass),

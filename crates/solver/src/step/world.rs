@@ -74,6 +74,9 @@ impl World {
                 body.wake();
             }
         }
+        for body in bodies.iter_mut() {
+            body.choose_solver(settings);
+        }
         let has_meshes = swept.has_meshes();
         let stitches = (0..).zip(bodies.iter().map(|body| &body.stitches));
         let joined = Joined::of(stitches, bodies.len());
