@@ -60,42 +60,73 @@ impl Effect for Direct {
 }
 
 /// The choice of the solver with its figures, in one or two sentences.
-pub(crate) fn explained(choice: &Choice, tolerance: Tolerance, settings: &Settings) -> String {
-    let count = settings.substeps.get();
-    let unit = if count == 1 { "substep" } else { "substeps" };
-    let percent = |error: f64| match error {
-        rigid if rigid.is_infinite() => "any amount".to_owned(),
-        large if large >= 0.1 => format!("about {:.0} %", 100.0 * large),
-        small => format!("about {:.2} %", 100.0 * small),
-    };
-    let error = percent(choice.error);
-    let goal = 100.0 * tolerance.get();
-    let substeps = choice.substeps;
-    match (choice.is_direct, substeps) {
+fn explained(choice: &Choice, tolerance: Tolerance, settings: &Settings) -> String {
+    let now = settings.substeps.get();
+    let unit = if now == 1 { "substep" } else { "substeps" };
+    let expected = format!("{} at {now} {unit}", in_words(choice.error));
+    // A multiple of 0.001 %.
+    let goal = (f64::from(tolerance.get()) * 1e5).round() / 1e3;
+    match (choice.is_direct, choice.substeps) {
         (true, Some(substeps)) => format!(
-            "Auto: solved directly. Gauss–Seidel is expected to be off by {error} at {count} {unit}, and to need {substeps} \
-             for {goal:.3} %, {:.1} times the time of one direct substep.",
+            "Auto: solved directly. Gauss–Seidel is expected to leave it {expected}, and to need {substeps} for {goal} %, \
+             {:.1} times the time of one direct substep.",
             choice.ratio
         ),
         (true, None) => format!(
-            "Auto: solved directly. Gauss–Seidel is expected to be off by {error} at {count} {unit}, and by more than \
-             {goal:.3} % at any number up to 1000."
+            "Auto: solved directly. Gauss–Seidel is expected to leave it {expected}, and not to reach {goal} % with up to 1000."
         ),
         (false, _) if choice.error <= f64::from(tolerance.get()) => {
-            format!("Auto: Gauss–Seidel, which is expected to be off by {error} at {count} {unit}.")
+            format!("Auto: Gauss–Seidel, which is expected to leave it {expected}.")
         }
         (false, substeps) => {
+            let needed = match substeps {
+                Some(substeps) => format!("needs about {substeps} for {goal} %"),
+                None => format!("does not reach {goal} % with up to 1000"),
+            };
             let reason = match choice.ratio {
                 0.0 => "the body cannot be solved directly",
-                _ => "a direct substep takes longer",
-            };
-            let needed = match substeps {
-                Some(substeps) => format!("it needs about {substeps} substeps for {goal:.3} %"),
-                None => format!("it does not reach {goal:.3} % with up to 1000"),
+                _ => "one direct substep takes longer",
             };
             format!(
-                "Auto: Gauss–Seidel, although it is expected to be off by {error} at {count} {unit}: {needed}, and {reason}."
+                "Auto: Gauss–Seidel, although it is expected to leave it {expected}: it {needed}, but {reason}."
             )
+        }
+    }
+}
+
+/// A relative error of the stiffness, to two digits.
+fn in_words(error: f64) -> String {
+    let two_digits = |value: f64| {
+        let unit = 10_f64.powf(value.log10().floor() - 1.0);
+        let rounded = (value / unit).round() * unit;
+        match value {
+            small if small < 1.0 => format!("{rounded:.2}"),
+            small if small < 10.0 => format!("{rounded:.1}"),
+            _ => format!("{rounded:.0}"),
+        }
+    };
+    match error {
+        rigid if rigid.is_infinite() => "soft, although it is rigid,".to_owned(),
+        large if large >= 1.0 => format!("{} times too soft", two_digits(1.0 + large)),
+        small => format!("{} % too soft", two_digits(100.0 * small.max(1e-4))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_is_said_with_two_digits() {
+        for (error, said) in [
+            (0.0, "0.01 % too soft"),
+            (0.001_234, "0.12 % too soft"),
+            (0.0567, "5.7 % too soft"),
+            (0.456, "46 % too soft"),
+            (1.0, "2.0 times too soft"),
+            (14_303.0, "14000 times too soft"),
+        ] {
+            assert_eq!(in_words(error), said);
         }
     }
 }
