@@ -8,7 +8,7 @@ use pliant::{
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let current = Scene::load("bunny")?;
+    let current = Scene::load("jelly_cube")?;
     let path = std::env::temp_dir().join(format!("pliant-example-{}.rec", std::process::id()));
     let seconds = 1.0;
     let hash = record(

@@ -32,17 +32,21 @@ macro_rules! asset {
     };
 }
 
-/// All built-in meshes, sorted by name.
+/// All built-in meshes, sorted by name. Those of Stanford, whose terms exclude commercial purposes, are
+/// there with the feature `program` only.
 pub const ASSETS: &[Asset] = &[
     asset!("arch", "arch.obj", "a rope over half a cylinder"),
     asset!("bowl", "bowl.obj", "a bowl"),
+    #[cfg(feature = "program")]
     asset!("bunny", "bunny.obj", "the Stanford bunny"),
+    #[cfg(feature = "program")]
     asset!(
         "bunny_coarse",
         "bunny_coarse.msh",
         "the Stanford bunny in 1970 tetrahedra"
     ),
     asset!("coil", "coil.obj", "a rope around a post"),
+    #[cfg(feature = "program")]
     asset!("dragon", "dragon.obj", "the Stanford dragon"),
     asset!("knot", "knot.obj", "a rope with a knot"),
     asset!("stairs", "stairs.obj", "a staircase"),

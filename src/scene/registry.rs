@@ -73,8 +73,8 @@ pub struct BuiltinScene {
 }
 
 macro_rules! scenes {
-    ($($name:literal $group:ident $moment:literal),* $(,)?) => {
-        &[$(BuiltinScene {
+    ($($(#[$condition:meta])? $name:literal $group:ident $moment:literal),* $(,)?) => {
+        &[$($(#[$condition])? BuiltinScene {
             name: $name,
             group: Group::$group,
             moment: $moment,
@@ -85,11 +85,14 @@ macro_rules! scenes {
     };
 }
 
-/// All built-in scenes, the default one first.
+/// All built-in scenes, the default one first. Those of [meshes of Stanford](super::asset::ASSETS) are
+/// there with the feature `program` only.
 pub const SCENES: &[BuiltinScene] = scenes![
     "jelly_cube" Solids 0.42,
+    #[cfg(feature = "program")]
     "bunny" Solids 0.5,
     "teapot" Solids 0.5,
+    #[cfg(feature = "program")]
     "dragon" Solids 0.6,
     "shapes" Solids 0.55,
     "many_bodies" Contact 1.2,
