@@ -23,7 +23,7 @@ pub const SUBSTEPS: u32 = 16;
 pub const EDGE_COMPLIANCE: f32 = 1e-6;
 
 /// Side of a cell [m].
-const CELL: f32 = 0.05;
+pub(super) const CELL: f32 = 0.05;
 
 /// Initial displacement along x of the particles of bodies with edges [m], in alternating
 /// directions. All particles vibrate, and no body moves as a whole.
@@ -167,6 +167,6 @@ impl Shape {
     }
 }
 
-fn valid<T>(constant: Result<T, InvalidValue>) -> T {
+pub(super) fn valid<T>(constant: Result<T, InvalidValue>) -> T {
     constant.expect("the constants above are within their ranges")
 }

@@ -9,6 +9,7 @@
 //! times, so no two reports are equal.
 
 pub mod cases;
+pub mod growth;
 pub mod loading;
 pub mod measure;
 pub mod plot;
@@ -17,6 +18,7 @@ pub mod roofline;
 mod steps;
 
 pub use cases::{Case, Elastic, Shape};
+pub use growth::GrowthRow;
 pub use loading::Loading;
 pub use measure::Spread;
 pub use report::{BenchRow, Report, Stepped};
@@ -26,6 +28,7 @@ use crate::{
     mesh::MeshError,
     solver::{Threads, ThreadsError, TopologyError},
 };
+use growth::Growing;
 use measure::Probe;
 use roofline::{Arithmetic, Memory};
 use std::{collections::BTreeMap, time::Duration};
@@ -46,6 +49,8 @@ pub struct Options {
     pub only: String,
     /// Whether to load a body of a million tetrahedra; true by default.
     pub loading: bool,
+    /// Whether to step blocks of a thousand to a million tetrahedra on a table; true by default.
+    pub growth: bool,
 }
 
 impl Default for Options {
@@ -57,6 +62,7 @@ impl Default for Options {
             threads: 0,
             only: String::new(),
             loading: true,
+            growth: true,
         }
     }
 }
@@ -70,6 +76,7 @@ impl Options {
             slot: Duration::from_millis(20),
             largest: 64 << 20,
             loading: false,
+            growth: false,
             ..Self::default()
         }
     }
@@ -112,6 +119,10 @@ pub fn run(options: &Options, mut progress: impl FnMut(f64)) -> Result<Report, B
         steps.push(Steps::new(case, topology, &crews));
     }
     let loading = options.loading.then(Loading::measure).transpose()?;
+    let mut blocks = match options.growth {
+        true => Growing::all(&crews)?,
+        false => Vec::new(),
+    };
     let mut memory: Vec<Memory> = roofline::sizes(options.largest)
         .map(|bytes| Memory::new(bytes, &counts))
         .collect();
@@ -119,11 +130,13 @@ pub fn run(options: &Options, mut progress: impl FnMut(f64)) -> Result<Report, B
 
     let mut probes: Vec<&mut dyn Probe> = Vec::new();
     probes.extend(steps.iter_mut().map(|probe| probe as &mut dyn Probe));
+    probes.extend(blocks.iter_mut().map(|probe| probe as &mut dyn Probe));
     probes.extend(memory.iter_mut().map(|probe| probe as &mut dyn Probe));
     probes.push(&mut arithmetic);
     let mut figures = measure::in_turn(&mut probes, options, &mut progress).into_iter();
 
     let stepped: Vec<_> = figures.by_ref().take(steps.len()).collect();
+    let grown: Vec<_> = figures.by_ref().take(blocks.len()).collect();
     let remembered: Vec<_> = figures.by_ref().take(memory.len()).collect();
     let calculated: Vec<Spread> = figures.flatten().collect();
     let roofline = Roofline::new(options.largest, &counts, &remembered, &calculated);
@@ -138,6 +151,11 @@ pub fn run(options: &Options, mut progress: impl FnMut(f64)) -> Result<Report, B
         instructions: crate::solver::Instructions::default().name(),
         roofline,
         rows,
+        growth: blocks
+            .iter()
+            .zip(grown)
+            .map(|(block, figures)| block.row(&figures))
+            .collect(),
         loading,
     })
 }

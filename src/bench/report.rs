@@ -1,7 +1,7 @@
 //! Results as a human-readable table and as JSON.
 
 use super::{
-    Case, Elastic, Loading, Options, Roofline, Shape, Spread,
+    Case, Elastic, GrowthRow, Loading, Options, Roofline, Shape, Spread,
     cases::{EDGE_COMPLIANCE, SUBSTEPS},
     roofline::{Bound, Traffic},
     steps::Steps,
@@ -25,6 +25,8 @@ pub struct Report {
     pub roofline: Roofline,
     /// The cases.
     pub rows: Vec<BenchRow>,
+    /// Blocks of a thousand to a million tetrahedra on a table, if requested.
+    pub growth: Vec<GrowthRow>,
     /// Time to prepare a body of a million tetrahedra, if requested.
     pub loading: Option<Loading>,
 }
@@ -112,13 +114,13 @@ impl Report {
     /// Whether all bodies stayed near their rest shapes; otherwise figures are meaningless.
     #[must_use]
     pub fn sound(&self) -> bool {
-        self.rows.iter().all(|row| row.sound)
+        self.rows.iter().all(|row| row.sound) && self.growth.iter().all(|row| row.sound)
     }
 
     /// Time of a projection on one thread in the largest cloth relative to the cloth of a thousand
     /// particles, if both were measured.
     #[must_use]
-    pub fn growth(&self) -> Option<f64> {
+    pub fn growth_of_cloth(&self) -> Option<f64> {
         let cloth = |row: &BenchRow| match row.case.shape {
             Shape::Cloth(side) if row.case.elastic == Elastic::Stretch => Some(side),
             _ => None,
@@ -143,7 +145,8 @@ impl Report {
             "substeps": SUBSTEPS,
             "edge_compliance_m_per_n": EDGE_COMPLIANCE,
             "sound": self.sound(),
-            "growth": self.growth(),
+            "growth": self.growth_of_cloth(),
+            "blocks": self.growth.iter().map(block).collect::<Vec<_>>(),
             "loading": self.loading.map(|loading| json!({
                 "tetrahedra": loading.tetrahedra,
                 "edges": loading.edges,
@@ -182,6 +185,23 @@ fn row(row: &BenchRow) -> Value {
         "loads_in_turn_ns": row.loads_in_turn,
         "sound": row.sound,
         "stepped": row.stepped.iter().map(stepped).collect::<Vec<_>>(),
+    })
+}
+
+fn block(row: &GrowthRow) -> Value {
+    let stepped = row.stepped.iter().enumerate();
+    json!({
+        "tetrahedra": row.tetrahedra,
+        "particles": row.particles,
+        "projections_per_tick": row.projections,
+        "contacts": row.contacts,
+        "bytes": row.bytes,
+        "sound": row.sound,
+        "stepped": stepped.map(|(place, (threads, milliseconds))| json!({
+            "threads": threads,
+            "ms_per_tick": spread(milliseconds),
+            "ns_per_projection": row.nanoseconds(place),
+        })).collect::<Vec<_>>(),
     })
 }
 
@@ -231,7 +251,8 @@ impl Display for Report {
             self.row(out, row)?;
         }
         write!(out, "{LEGEND}")?;
-        if let Some(growth) = self.growth() {
+        self.blocks(out)?;
+        if let Some(growth) = self.growth_of_cloth() {
             writeln!(
                 out,
                 "\nOn one thread, a projection takes {growth:.2} times as long in the largest cloth as in \
@@ -289,6 +310,57 @@ impl Report {
             )?;
         }
         Ok(())
+    }
+
+    /// Blocks on a table.
+    fn blocks(&self, out: &mut Formatter) -> fmt::Result {
+        let Some(first) = self.growth.first() else {
+            return Ok(());
+        };
+        writeln!(
+            out,
+            "\nA block on a table, with contact and gravity, {SUBSTEPS} substeps per tick\n\
+             {:>10} {:>9} {:>8} {:>9} {:>11} {:>7} {:>22} {:>8} {:>8}",
+            "tetrahedra",
+            "particles",
+            "contacts",
+            "MiB",
+            "bytes/tet",
+            "threads",
+            "ms per tick",
+            "ns",
+            "growth"
+        )?;
+        for row in &self.growth {
+            for (place, (threads, Spread { low, median, high })) in row.stepped.iter().enumerate() {
+                match place {
+                    0 => write!(
+                        out,
+                        "{:>10} {:>9} {:>8} {:>9.1} {:>11}",
+                        row.tetrahedra,
+                        row.particles,
+                        row.contacts,
+                        row.bytes as f64 / (1 << 20) as f64,
+                        row.bytes / row.tetrahedra,
+                    )?,
+                    _ => write!(out, "{:51}", "")?,
+                }
+                let per_projection = row.nanoseconds(place).unwrap_or(f64::NAN);
+                let smallest = first.nanoseconds(place).unwrap_or(f64::NAN);
+                writeln!(
+                    out,
+                    " {threads:>7} {:>22} {per_projection:>8.2} {:>7.2}×{}",
+                    format!("{median:.3} ({low:.3}–{high:.3})"),
+                    per_projection / smallest,
+                    if row.sound { "" } else { "  diverged" },
+                )?;
+            }
+        }
+        writeln!(
+            out,
+            "\nns: time of a tick / (edges + tetrahedra) / substeps, contact included; growth: over that of the \
+             smallest block"
+        )
     }
 
     fn machine(&self, out: &mut Formatter) -> fmt::Result {

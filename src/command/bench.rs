@@ -18,7 +18,8 @@ use std::{path::PathBuf, process::ExitCode};
 /// Example: pliant bench --quick --only cloth --svg bench.svg
 #[derive(Debug, Args)]
 pub struct Bench {
-    /// Take about 15 seconds, with a wider spread and without the loading of a large body
+    /// Take about 15 seconds, with a wider spread, and without blocks of a thousand to a million
+    /// tetrahedra on a table
     #[arg(long)]
     quick: bool,
 
@@ -48,6 +49,7 @@ impl Bench {
         let options = Options {
             threads: self.threads,
             loading: !self.quick && self.only.is_empty(),
+            growth: !self.quick && self.only.is_empty(),
             only: self.only,
             ..if self.quick {
                 Options::quick()
