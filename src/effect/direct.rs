@@ -18,8 +18,9 @@ impl Effect for Direct {
                                    iteration, for slender and stiff bodies that Gauss–Seidel leaves too soft.";
     const PARAMETERS: &'static [Parameter<Self>] = &[parameter!(
         tolerance: Tolerance, "Auto above error", "",
-        "Relative error of the stiffness that Gauss–Seidel may leave: 0.01 solves directly only where it is \
-         expected to be off by more than 1 %, and to take longer for 1 %; 0 always solves directly.",
+        "How much softer than requested Gauss–Seidel may leave the body, relative: 0.01 solves directly only \
+         where that is expected to be more than 1 %, and to take longer at the substeps that reach 1 %; 0 always \
+         solves directly.",
         (0.0, 0.1), Scale::Linear
     )];
 
@@ -33,11 +34,7 @@ impl Effect for Direct {
     fn unfit(body: &EntityRef, settings: &Settings) -> Option<String> {
         let topology = &body.get::<SoftBody>()?.0;
         let effects = plain::effects(*body);
-        if effects.direct.is_some_and(|it| it.tolerance.get() > 0.0) {
-            // Gauss–Seidel is used, and the note says so.
-            return None;
-        }
-        direct::unfit(topology, &effects, settings.method).map(|reason| reason.to_string())
+        direct::refused(topology, &effects, settings.method).map(|reason| reason.to_string())
     }
 
     fn note(&self, body: &EntityRef, settings: &Settings) -> Option<String> {
@@ -47,69 +44,65 @@ impl Effect for Direct {
         }
         let workspace = &body.get::<BodyDirectWorkspace>()?.0;
         let fallback = workspace.status().explanation().map(str::to_owned);
-        if self.tolerance.get() == 0.0 {
-            return fallback;
+        let chosen = workspace.choice().map(|choice| explained(&choice));
+        match (chosen, fallback) {
+            (Some(chosen), Some(fallback)) => Some(format!("{chosen} {fallback}")),
+            (chosen, fallback) => chosen.or(fallback),
         }
-        let choice = workspace.choice()?;
-        let chosen = explained(&choice, self.tolerance, settings);
-        Some(match fallback.filter(|_| choice.is_direct) {
-            Some(fallback) => format!("{chosen} {fallback}"),
-            None => chosen,
-        })
     }
 }
 
-/// The choice of the solver with its figures, in one or two sentences.
-fn explained(choice: &Choice, tolerance: Tolerance, settings: &Settings) -> String {
-    let now = settings.substeps.get();
-    let unit = if now == 1 { "substep" } else { "substeps" };
-    let expected = format!("{} at {now} {unit}", in_words(choice.error));
-    // A multiple of 0.001 %.
-    let goal = (f64::from(tolerance.get()) * 1e5).round() / 1e3;
-    match (choice.is_direct, choice.substeps) {
-        (true, Some(substeps)) => format!(
-            "Auto: solved directly. Gauss–Seidel is expected to leave it {expected}, and to need {substeps} for {goal} %, \
-             {:.1} times the time of one direct substep.",
-            choice.ratio
-        ),
-        (true, None) => format!(
-            "Auto: solved directly. Gauss–Seidel is expected to leave it {expected}, and not to reach {goal} % with up to 1000."
-        ),
-        (false, _) if choice.error <= f64::from(tolerance.get()) => {
+/// The choice of the solver with its figures, in words.
+fn explained(choice: &Choice) -> String {
+    let &Choice {
+        substeps,
+        error,
+        needed,
+        tolerance,
+        ..
+    } = choice;
+    let unit = if substeps == 1 { "substep" } else { "substeps" };
+    let expected = format!("{} at {substeps} {unit}", in_words(error));
+    let goal = format!("{} %", two_digits(100.0 * tolerance));
+    let needs = match needed {
+        Some(needed) => format!("to need {needed} for {goal}"),
+        None => format!("not to reach {goal} with up to 1000"),
+    };
+    match choice.ratio {
+        None if error <= tolerance => {
             format!("Auto: Gauss–Seidel, which is expected to leave it {expected}.")
         }
-        (false, substeps) => {
-            let needed = match substeps {
-                Some(substeps) => format!("needs about {substeps} for {goal} %"),
-                None => format!("does not reach {goal} % with up to 1000"),
-            };
-            let reason = match choice.ratio {
-                0.0 => "the body cannot be solved directly",
-                _ => "one direct substep takes longer",
-            };
-            format!(
-                "Auto: Gauss–Seidel, although it is expected to leave it {expected}: it {needed}, but {reason}."
-            )
-        }
+        None => format!(
+            "Auto: Gauss–Seidel, as it cannot be solved directly. It is expected to leave it {expected}, and {needs}."
+        ),
+        Some(ratio) if choice.is_direct => format!(
+            "Auto: solved directly. Gauss–Seidel is expected to leave it {expected}, and {needs}: {} times the time.",
+            two_digits(ratio)
+        ),
+        Some(ratio) => format!(
+            "Auto: Gauss–Seidel, although it is expected to leave it {expected}, and {needs}: the direct solver would \
+             take {} times as long as these.",
+            two_digits(1.0 / ratio)
+        ),
     }
 }
 
-/// A relative error of the stiffness, to two digits.
+/// A relative excess of a displacement.
 fn in_words(error: f64) -> String {
-    let two_digits = |value: f64| {
-        let unit = 10_f64.powf(value.log10().floor() - 1.0);
-        let rounded = (value / unit).round() * unit;
-        match value {
-            small if small < 1.0 => format!("{rounded:.2}"),
-            small if small < 10.0 => format!("{rounded:.1}"),
-            _ => format!("{rounded:.0}"),
-        }
-    };
     match error {
+        0.0 => "as stiff as requested".to_owned(),
         rigid if rigid.is_infinite() => "soft, although it is rigid,".to_owned(),
         large if large >= 1.0 => format!("{} times too soft", two_digits(1.0 + large)),
-        small => format!("{} % too soft", two_digits(100.0 * small.max(1e-4))),
+        small => format!("{} % too soft", two_digits(100.0 * small)),
     }
+}
+
+/// A positive number, rounded to two digits.
+fn two_digits(value: f64) -> String {
+    let digits = (1.0 - value.log10().floor()).clamp(-300.0, 20.0);
+    let unit = 10_f64.powf(-digits);
+    let rounded = (value / unit).round() * unit;
+    format!("{rounded:.*}", digits.max(0.0) as usize)
 }
 
 #[cfg(test)]
@@ -119,7 +112,8 @@ mod tests {
     #[test]
     fn an_error_is_said_with_two_digits() {
         for (error, said) in [
-            (0.0, "0.01 % too soft"),
+            (0.0, "as stiff as requested"),
+            (0.000_004_2, "0.00042 % too soft"),
             (0.001_234, "0.12 % too soft"),
             (0.0567, "5.7 % too soft"),
             (0.456, "46 % too soft"),
@@ -128,5 +122,32 @@ mod tests {
         ] {
             assert_eq!(in_words(error), said);
         }
+    }
+
+    #[test]
+    fn the_choice_is_explained_with_its_figures() {
+        let mut choice = Choice {
+            is_direct: true,
+            tolerance: 0.01,
+            substeps: 10,
+            error: 0.5,
+            needed: Some(71),
+            ratio: Some(3.14),
+        };
+        assert_eq!(
+            explained(&choice),
+            "Auto: solved directly. Gauss–Seidel is expected to leave it 50 % too soft at 10 substeps, and to need 71 for \
+             1.0 %: 3.1 times the time."
+        );
+        (choice.is_direct, choice.ratio) = (false, Some(0.5));
+        assert!(explained(&choice).ends_with("would take 2.0 times as long as these."));
+        (choice.needed, choice.ratio) = (None, None);
+        let said = explained(&choice);
+        assert!(said.contains("cannot be solved directly") && said.contains("up to 1000"));
+        (choice.error, choice.needed, choice.substeps) = (0.004, Some(1), 1);
+        assert_eq!(
+            explained(&choice),
+            "Auto: Gauss–Seidel, which is expected to leave it 0.40 % too soft at 1 substep."
+        );
     }
 }

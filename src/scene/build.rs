@@ -175,7 +175,7 @@ impl Scene {
             if number == 0
                 && body.effects.direct.is_some()
                 && let Some(reason) =
-                    direct::unfit(&topology, &body.effects, built.world.settings.method)
+                    direct::refused(&topology, &body.effects, built.world.settings.method)
             {
                 return Err(wrong(
                     spec,

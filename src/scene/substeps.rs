@@ -103,7 +103,11 @@ fn softness(body: &Body, settings: &Settings, substeps: u32) -> String {
     };
     let excess = excess(body, stretch, settings, substeps);
     let is_known = excess.is_finite() && excess > CLOSE - 1.0;
-    if !is_known || body.effects.direct.is_some() || settings.iterations.get() > 1 {
+    let is_direct = body
+        .effects
+        .direct
+        .is_some_and(|it| it.tolerance.get() == 0.0);
+    if !is_known || is_direct || settings.iterations.get() > 1 {
         return String::new();
     }
     format!(

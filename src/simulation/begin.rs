@@ -1,11 +1,12 @@
 //! The start of a tick: update of masses, waking, and validation of input.
 
 use super::{
-    AddedMass, Asleep, BodyDensity, BodyDirectWorkspace, JustRestored, Pins, Quarantined,
+    Active, AddedMass, Asleep, BodyDensity, BodyDirectWorkspace, JustRestored, Pins, Quarantined,
     RestTimer, SimulationClock, SimulationSettings, SoftBody, SpawnOrder, TickStart,
     body::{BodyQuarantined, shown_name},
     carried::Carried,
     quarantine,
+    step::UnderWay,
 };
 use crate::solver::{
     Collide, Collider, Direct, Grab, Particles, Quarantine, Stitches,
@@ -30,7 +31,7 @@ pub(super) fn update_masses(
 
 /// Chooses the solver of bodies that carry [`Direct`] with a tolerance.
 pub(super) fn choose_solvers(
-    settings: Res<SimulationSettings>,
+    under_way: Res<UnderWay>,
     mut bodies: ParamSet<(
         Query<
             (
@@ -40,7 +41,7 @@ pub(super) fn choose_solvers(
                 Carried,
                 &mut BodyDirectWorkspace,
             ),
-            With<Direct>,
+            (Active, With<Direct>),
         >,
         Query<&mut Direct>,
     )>,
@@ -49,10 +50,12 @@ pub(super) fn choose_solvers(
     chosen.clear();
     for (entity, body, particles, carried, mut workspace) in &mut bodies.p0() {
         let mut effects = carried.effects();
-        workspace
-            .bypass_change_detection()
-            .0
-            .choose(&mut effects, body, particles, &settings);
+        workspace.bypass_change_detection().0.choose(
+            &mut effects,
+            body,
+            particles,
+            under_way.settings(),
+        );
         chosen.extend(effects.direct.map(|direct| (entity, direct)));
     }
     let mut directs = bodies.p1();

@@ -2,20 +2,21 @@
 
 use crate::{
     support::{pinned, state_bits, with},
-    support_app::{app_of, push, set, ticks},
+    support_app::{app_of, deterministic, push, set, ticks},
 };
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Compliance, Density, Direct, Effects, Settings, Stretch, Substeps, Threads,
-        Tolerance, Topology, Volume, World,
+        Body, Compliance, Density, Direct, DirectWorkspace, Effects, FlexuralRigidity,
+        IsometricBend, Iterations, Order, Plasticity, Settings, Stiffness, Stretch, Substeps,
+        Threads, Tolerance, Topology, Volume, World, Yield,
         direct::{Choice, Status},
     },
     study::{Case, Problem, Setting, converge::converge, sweep::run_one},
 };
 use std::sync::Arc;
 
-use bevy::math::{UVec3, Vec3};
+use bevy::math::{UVec2, UVec3, Vec2, Vec3};
 
 fn auto(tolerance: f32) -> Option<Direct> {
     Some(Direct::with_tolerance(
@@ -66,7 +67,7 @@ fn choice(world: &World) -> Choice {
     world.bodies[0].direct.choice().expect("it has a tolerance")
 }
 
-fn hashes(worlds: [World; 2]) -> [[Vec<[u32; 4]>; 3]; 2] {
+fn states(worlds: [World; 2]) -> [[Vec<[u32; 4]>; 3]; 2] {
     worlds.map(|world| state_bits(&world.bodies[0].particles))
 }
 
@@ -79,7 +80,7 @@ fn a_soft_body_is_solved_by_gauss_seidel_and_a_stiff_one_directly_to_the_same_bi
         assert_eq!(status == Status::Solved, is_direct);
         let given = is_direct.then_some(Direct::ALWAYS);
         let given = after(bar(compliance, 10, given), 30);
-        let [a, b] = hashes([chosen, given]);
+        let [a, b] = states([chosen, given]);
         assert_eq!(a, b, "{compliance} m/N");
     }
 }
@@ -119,42 +120,150 @@ fn the_app_chooses_as_a_plain_world_does_and_again_when_a_parameter_changes() {
 }
 
 #[test]
-fn a_body_that_is_too_large_is_solved_by_gauss_seidel_and_says_so() {
+fn a_body_that_is_too_large_is_solved_by_gauss_seidel_to_the_same_bits() {
     let size = Vec3::ONE;
     let cells = UVec3::splat(12);
     let mesh = Primitive::Box { size, cells }.build().expect("sound");
-    let mut world = bar(1e-9, 1, auto(0.01));
-    let effects = world.bodies[0].effects;
     let topology = Arc::new(Topology::new(mesh.shape).expect("sound"));
-    world.bodies = vec![with(
-        Body::new("cube", topology, Density::of(1000.0)),
-        effects,
-    )];
-    let world = after(world, 1);
+    let cube = |direct| {
+        let mut world = bar(1e-9, 1, direct);
+        let effects = world.bodies[0].effects;
+        let cube = Body::new("cube", topology.clone(), Density::of(1000.0));
+        world.bodies = vec![with(cube, effects)];
+        after(world, 3)
+    };
+    let chosen = cube(auto(0.01));
     let Choice {
         is_direct,
         error,
-        substeps,
+        needed,
         ratio,
         ..
-    } = choice(&world);
+    } = choice(&chosen);
     assert!(!is_direct && error > 1.0);
-    assert_eq!((substeps, ratio), (None, 0.0));
+    assert_eq!((needed, ratio), (None, None));
+    let [a, b] = states([chosen, cube(None)]);
+    assert_eq!(a, b);
 }
 
-/// Twice the substeps quarter the expected error, and a tolerance of zero always solves directly.
+/// Ten direct substeps take longer than the substeps that Gauss–Seidel needs; one takes less.
 #[test]
-fn the_expected_error_falls_with_the_square_of_the_substeps() {
-    let errors = [10, 20].map(|substeps| choice(&after(bar(1e-4, substeps, auto(0.5)), 1)).error);
-    assert!((errors[0] / errors[1] - 4.0).abs() < 1e-9, "{errors:?}");
-    let always = after(bar(1e-1, 10, auto(0.0)), 1);
+fn the_direct_solver_is_not_used_where_it_takes_longer_than_the_substeps_it_replaces() {
+    let slow = choice(&after(bar(2e-4, 60, auto(0.01)), 1));
+    assert!(slow.error > 0.01 && !slow.is_direct, "{slow:?}");
+    assert!(slow.needed.is_some_and(|needed| needed > 60));
+    assert!(slow.ratio.is_some_and(|ratio| ratio < 1.0));
+    let fast = choice(&after(bar(2e-4, 1, auto(0.01)), 1));
+    assert!(fast.is_direct && fast.needed == slow.needed, "{fast:?}");
+}
+
+/// Twice the substeps quarter the expected error, twice the iterations halve a large one, and BDF2 steps
+/// with two thirds of a substep. A tolerance of zero always solves directly.
+#[test]
+fn the_expected_error_follows_substeps_iterations_and_order() {
+    let of = |change: &dyn Fn(&mut Settings)| {
+        let mut world = bar(1e-4, 10, auto(0.5));
+        change(&mut world.settings);
+        choice(&after(world, 1)).error
+    };
+    let now = of(&|_| ());
+    let is = |error: f64, factor: f64| assert!((error / now / factor - 1.0).abs() < 1e-9);
+    is(of(&|it| it.substeps = Substeps::of(20)), 0.25);
+    is(of(&|it| it.iterations = Iterations::of(2)), 0.5);
+    is(of(&|it| it.order = Order::of(2)), 4.0 / 9.0);
+    let mut always = after(bar(1e-1, 10, auto(0.01)), 1);
+    assert!(always.bodies[0].direct.choice().is_some());
+    always.bodies[0].effects.direct = auto(0.0);
+    always.tick();
     assert_eq!(always.bodies[0].direct.status(), Status::Solved);
     assert_eq!(always.bodies[0].direct.choice(), None);
 }
 
+/// A rigid effect is never converged, whatever is beside it, but for volumes beside compliant effects;
+/// flat hinges have no direction at rest, but a stiffness; what is pinned does not count.
+#[test]
+fn rigid_effects_flat_hinges_and_pinned_elements_count_for_what_they_are() {
+    let cells = UVec2::splat(4);
+    let cloth = Primitive::Cloth {
+        size: Vec2::ONE,
+        cells,
+        diagonals: Default::default(),
+        shear: false,
+    };
+    let topology = Arc::new(Topology::new(cloth.build().expect("sound").shape).expect("sound"));
+    let error = |effects: Effects, pins: &[u32]| {
+        let mut world = bar(1e-4, 10, None);
+        let body = Body::new("sheet", topology.clone(), Density::of(1.0));
+        let direct = auto(0.5);
+        let body = with(body, Effects { direct, ..effects });
+        world.bodies = vec![pinned(body, pins)];
+        choice(&after(world, 1)).error
+    };
+    let stretch = |compliance| Effects {
+        stretch: Some(Stretch {
+            compliance: Compliance::of(compliance),
+            ..Stretch::default()
+        }),
+        ..Effects::default()
+    };
+    let bend = Effects {
+        isometric_bend: Some(IsometricBend {
+            stiffness: FlexuralRigidity::of(1e-2),
+            ..IsometricBend::default()
+        }),
+        ..Effects::default()
+    };
+    let rigid = Effects {
+        isometric_bend: bend.isometric_bend,
+        ..stretch(0.0)
+    };
+    assert_eq!(error(rigid, &[]), f64::INFINITY);
+    let soft = error(bend, &[]);
+    assert!(soft > 0.0 && soft.is_finite(), "{soft}");
+    // Without the edges between pinned vertices the mean is of those that can move.
+    let free = error(stretch(1e-3), &[]);
+    let half: Vec<u32> = (0..15).collect();
+    let held = error(stretch(1e-3), &half);
+    assert!((0.5..1.0).contains(&(held / free)), "{held} of {free}");
+}
+
+/// The choice does not depend on plastic flow, which a restored state has and its workspace has not.
+#[test]
+fn a_choice_does_not_depend_on_how_a_state_was_reached() {
+    let mut world = bar(1e-5, 10, auto(0.01));
+    world.bodies[0].effects.stretch = Some(Stretch {
+        axial_stiffness: Stiffness::of(500.0),
+        ..Stretch::default()
+    });
+    world.bodies[0].effects.plasticity = Some(Plasticity {
+        stretch_yield: Yield::of(0.001),
+        ..Plasticity::default()
+    });
+    let (flowed, _) = deterministic(world, 60);
+    assert!(
+        flowed.bodies[0].topology.original().is_some(),
+        "it has flowed"
+    );
+    let mut restored = flowed.clone();
+    restored.bodies[0].direct = DirectWorkspace::default();
+    let [kept, anew] = [flowed, restored].map(|world| after(world, 1));
+    assert_eq!(choice(&kept), choice(&anew));
+    let [a, b] = states([kept, anew]);
+    assert_eq!(a, b);
+}
+
+#[test]
+fn a_state_that_does_not_fit_is_put_into_quarantine() {
+    let mut world = bar(1e-5, 10, auto(0.01));
+    world.bodies[0].particles.positions.truncate(3);
+    world.tick();
+    assert!(world.bodies[0].quarantine.is_some());
+}
+
 /// The error that the choice expects, against the solver error of the study's problems: relative to the
-/// converged answer, at substeps at which it is between 0.5 and 60 %. The ratio is 0.8 to 1.6 in all of
-/// them; the estimate assumes the same energy in each equation, where the load distributes it otherwise.
+/// converged answer, at settings at which it is between 0.5 and 60 %. The estimate assumes the same energy
+/// in each equation, where the load distributes it otherwise: with one iteration the ratio is 0.8 to 1.6
+/// in all of them. Of the law for more iterations only the form is known; its ratio is 1.1 to 3.1.
 #[test]
 fn the_expected_error_is_that_of_the_study_within_a_factor_of_two() {
     let mut compared = 0;
@@ -173,41 +282,47 @@ fn the_expected_error_is_that_of_the_study_within_a_factor_of_two() {
         let case = problem.cases().expect("sound").swap_remove(0);
         let converged = converge(&case).expect("it converges").values[0];
         let all = [1, 2, 4, 8, 16, 32, 64, 128, 256];
-        let errors = all.map(|substeps| measured(&case, substeps, converged));
-        for (pair, substeps) in errors.windows(2).zip(all) {
-            let &[Some(measured), Some(next)] = pair else {
-                continue;
-            };
-            // Not where errors of opposite signs cancel.
-            let converges = (2.0..8.0).contains(&(measured / next));
-            if !converges || !(0.005..0.6).contains(&measured) {
+        // Iterations of neo-Hookean tetrahedra converge elsewhere, by about 1 %.
+        let is_linear = !["rubber_hanging", "fem_beam"].contains(&name);
+        for (iterations, factor) in [(1, 2.0), (2, 4.0)] {
+            if iterations > 1 && !is_linear {
                 continue;
             }
-            let expected = expected(&case, substeps);
-            println!("{name} at {substeps}: expected {expected:.4}, measured {measured:.4}");
-            assert!(
-                (0.5..2.0).contains(&(expected / measured)),
-                "{name} at {substeps}: expected {expected}, measured {measured}"
-            );
-            compared += 1;
+            let at = |substeps| Setting::xpbd(substeps, iterations);
+            let errors = all.map(|substeps| measured(&case, at(substeps), converged));
+            for (pair, substeps) in errors.windows(2).zip(all) {
+                let &[Some(measured), Some(next)] = pair else {
+                    continue;
+                };
+                // Not where errors of opposite signs cancel.
+                let converges = measured > 2.0 * next && (iterations > 1 || measured < 8.0 * next);
+                if !converges || !(0.005..0.6).contains(&measured) {
+                    continue;
+                }
+                let expected = expected(&case, at(substeps));
+                println!("{name} {substeps}×{iterations}: {expected:.4}, measured {measured:.4}");
+                assert!(
+                    (1.0 / factor..factor).contains(&(expected / measured)),
+                    "{name} at {substeps}×{iterations}: expected {expected}, measured {measured}"
+                );
+                compared += 1;
+            }
         }
     }
     assert!(compared >= 20, "{compared}");
 }
 
-fn measured(case: &Case, substeps: u32, converged: f64) -> Option<f64> {
+fn measured(case: &Case, setting: Setting, converged: f64) -> Option<f64> {
     let seconds = case.problem.observe.seconds();
-    let run = run_one(case, Setting::xpbd(substeps, 1), seconds).ok()?;
+    let run = run_one(case, setting, seconds).ok()?;
     let value = run.observed.values[0];
     run.observed
         .settled
         .then(|| (value / converged - 1.0).abs())
 }
 
-fn expected(case: &Case, substeps: u32) -> f64 {
-    let mut world = Setting::xpbd(substeps, 1)
-        .applied(&case.world)
-        .expect("sound");
+fn expected(case: &Case, setting: Setting) -> f64 {
+    let mut world = setting.applied(&case.world).expect("sound");
     world.bodies[0].effects.direct = auto(1e-3);
     choice(&after(world, 1)).error
 }

@@ -3,28 +3,34 @@
 //! **Error.** One Gauss–Seidel iteration leaves of the displacement by a force F, which is αF where it
 //! is converged, an excess of about h² Σ w‖∇C‖² F
 //! ([`effective`](crate::effective)), and with damping τ of (h² + τh) Σ w‖∇C‖² F. Forces are not known
-//! before a body is loaded; assuming the same energy in each compliant equation, the excess is
+//! before a body is loaded; assuming the same energy in each compliant equation, the relative excess is
 //!
 //! error(h) = ½ (h² + τh) · mean over equations of (Σ w‖∇C‖² / α),
 //!
-//! at rest. ½ is measured: it makes the error 0.8 to 1.6 times that of nine problems of `pliant study`
-//! (cantilevers, a twisted bar, a hanging bar, rubber, a beam of finite elements, and strips with
-//! damping), where that is 0.5 to 60 %. Where forces are distributed otherwise, it is too high: by 200
-//! times in a strip that bends, and in a rope with a heavy weight at its end. Rigid equations do
-//! not count beside compliant ones; a body with rigid ones alone is never converged.
+//! at rest, before any plastic flow. ½ is measured: it makes the error 0.8 to 1.6 times that of nine
+//! problems of `pliant study` (cantilevers, a twisted bar, a hanging bar, rubber, a beam of finite
+//! elements, and strips with damping), where that is 0.5 to 60 %. Where forces are distributed otherwise,
+//! it is too high: by 200 times in a strip that bends, and in a rope with a heavy weight at its end. With
+//! k iterations it is at most a k-th, and each of them multiplies it by error/(1 + error) at most: a
+//! fit to the same problems, but rubber and the finite elements, within a factor of 4 for 2 iterations,
+//! and too high for more. A body with a rigid effect is never converged, unless that is `volume` beside compliant
+//! ones.
 //!
 //! **Time.** Nanoseconds per substep, measured with the same problems on one thread of a cloud AMD EPYC:
 //! by Gauss–Seidel 1000 for a body, 4.5 for an edge or a volume, and 14 for each equation of an element
 //! that has several; for their parts of a linear system 200 and 400, and 0.26 for each multiplication of
-//! its factorization. The ratio of both times is within a factor of 2 of the measured one. Only the ratio
-//! matters, and the figures are the same everywhere, so that every computer chooses the same.
+//! its factorization. Only the ratio matters, and the figures are the same everywhere, so that every
+//! computer chooses the same. The direct solver is compared at the substeps of the world, Gauss–Seidel
+//! at those that it needs, at most 1000.
 
-use super::{DirectWorkspace, work};
+use super::{DirectWorkspace, Status, Workspace, unfit_effects, work};
 use crate::{
-    Effects, Settings, Topology, TopologyId,
-    elastic::{Elastic, Point, Visit},
+    Effects, ElasticKind, Settings, Topology, TopologyId,
+    elastic::{Elastic, Point, Row, Visit},
+    history::STEP_FRACTION,
     particles::Particles,
 };
+use glam::DVec3;
 
 /// Measured solver error over the mean of the module.
 const MEASURED: f64 = 0.5;
@@ -37,57 +43,72 @@ const ASSEMBLY: [f64; 2] = [200.0, 400.0];
 const FACTORIZATION: f64 = 0.26;
 /// Most substeps with which Gauss–Seidel is compared.
 const MAX_SUBSTEPS: u32 = 1000;
+/// Displacement that gives an equation a gradient which has none at rest, as a fraction of the body.
+const NUDGE: f64 = 1e-3;
 
-/// What each solver takes for a body, and which of them is used.
+/// What the solvers take for a body, and which of them is used.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
 pub struct Choice {
     /// Whether the body is solved directly.
     pub is_direct: bool,
-    /// Relative error of its stiffness that is expected of Gauss–Seidel with the substeps of the world;
-    /// ∞ for a rigid body.
+    /// The tolerance for which it was made.
+    pub tolerance: f64,
+    /// The substeps per tick of the world for which it was made.
+    pub substeps: u32,
+    /// Expected excess of the displacement under a load by Gauss–Seidel with these substeps, relative to
+    /// the converged one; ∞ for a rigid body.
     pub error: f64,
-    /// Substeps per tick at which that error would be within the tolerance; `None` above 1000.
-    pub substeps: Option<u32>,
-    /// Time for that error in a tick over the time of the direct solver with one substep, on one thread;
-    /// ∞ where Gauss–Seidel does not reach it, 0 where the body is too large to be solved directly.
-    pub ratio: f64,
+    /// Substeps per tick at which that would be within the tolerance; `None` above 1000.
+    pub needed: Option<u32>,
+    /// Time of a tick by Gauss–Seidel with the needed substeps, or with 1000, over that of the direct
+    /// solver with those of the world, on one thread; `None` where it was not compared, because the
+    /// error is within the tolerance, or because the body cannot be solved directly.
+    pub ratio: Option<f64>,
 }
 
 impl Choice {
-    /// Chooses for a body with a tolerance.
-    pub(super) fn of(given: &Given, tolerance: f64) -> Self {
-        let Given {
-            topology,
-            effects,
-            particles,
-            settings,
-        } = *given;
-        let mut sums = Sums::of(topology, particles);
-        effects.visit(&mut sums);
+    /// Chooses for a body with a tolerance; `work` are the multiplications of a factorization, if it can
+    /// be solved directly.
+    fn of(sums: &Sums, (tolerance, settings): (f64, &Settings), work: Option<u64>) -> Self {
         let iterations = f64::from(settings.iterations.get());
+        let step = match settings.order.get() {
+            1 => settings.tick_seconds(),
+            _ => settings.tick_seconds() * STEP_FRACTION,
+        };
         let error = |substeps: u32| {
-            let h = settings.tick_seconds() / f64::from(substeps);
-            sums.error(h) / iterations
+            let error = sums.error(step / f64::from(substeps));
+            iterated_error(error, settings.iterations.get())
         };
-        let now = settings.substeps.get();
-        let substeps = enough(|substeps| error(substeps) <= tolerance);
-        let direct = work(topology, effects)
-            .filter(|_| super::unfit_effects(effects, settings.method).is_none())
-            .map(|work| iterations * (sums.assembly + FACTORIZATION * work as f64));
-        let by_iterations = |substeps: u32| iterations * f64::from(substeps) * sums.gauss_seidel;
-        let ratio = match (substeps.map(by_iterations), direct) {
-            (_, None) => 0.0,
-            (None, Some(_)) => f64::INFINITY,
-            (Some(iterated), Some(direct)) => iterated / direct,
+        let substeps = settings.substeps.get();
+        let needed = enough(|substeps| error(substeps) <= tolerance);
+        let passes = iterations + f64::from(settings.smoothing_iterations.get());
+        let iterated = passes * f64::from(needed.unwrap_or(MAX_SUBSTEPS)) * sums.gauss_seidel;
+        let direct = |work: u64| {
+            let system = sums.assembly + FACTORIZATION * work as f64;
+            iterations * f64::from(substeps) * system
         };
+        let ratio = work.map(|work| iterated / direct(work));
+        let error = error(substeps);
         Self {
-            is_direct: error(now) > tolerance && ratio > 1.0,
-            error: error(now),
+            is_direct: error > tolerance && ratio.is_some_and(|ratio| ratio > 1.0),
+            tolerance,
             substeps,
+            error,
+            needed,
             ratio,
         }
     }
+}
+
+/// The error of several iterations, given that of one.
+fn iterated_error(error: f64, iterations: u32) -> f64 {
+    if !error.is_finite() {
+        return error;
+    }
+    // Beyond 64 it is that of rounding, or proportional.
+    let each = error / (1.0 + error);
+    let reduced = (1..iterations.min(64)).fold(error, |error, _| error * each);
+    reduced.min(error / f64::from(iterations))
 }
 
 /// The fewest substeps that are enough, if at most [`MAX_SUBSTEPS`] are; more are never worse.
@@ -106,15 +127,6 @@ fn enough(is_enough: impl Fn(u32) -> bool) -> Option<u32> {
     Some(high)
 }
 
-/// What the choice depends on.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Given<'a> {
-    pub topology: &'a Topology,
-    pub effects: &'a Effects,
-    pub particles: &'a Particles,
-    pub settings: &'a Settings,
-}
-
 /// Sums over the equations of a body.
 struct Sums<'a> {
     topology: &'a Topology,
@@ -122,32 +134,43 @@ struct Sums<'a> {
     /// Σ (Σ w‖∇C‖² / α) of compliant equations, and with a factor τ [1/s², 1/s].
     excess: [f64; 2],
     compliant: usize,
-    rigid: usize,
+    is_rigid: bool,
+    has_rigid_volume: bool,
     /// Time of a Gauss–Seidel iteration, and of the assembly of a linear system [ns].
     gauss_seidel: f64,
     assembly: f64,
 }
 
 impl<'a> Sums<'a> {
-    fn of(topology: &'a Topology, particles: &'a Particles) -> Self {
-        Self {
+    fn of(topology: &'a Topology, effects: &Effects, particles: &'a Particles) -> Self {
+        let mut sums = Self {
             topology,
             particles,
             excess: [0.0; 2],
             compliant: 0,
-            rigid: 0,
+            is_rigid: false,
+            has_rigid_volume: false,
             gauss_seidel: BODY,
             assembly: 0.0,
-        }
+        };
+        effects.visit(&mut sums);
+        sums
     }
 
     /// Expected error with one iteration per substep of `h` seconds.
     fn error(&self, h: f64) -> f64 {
-        match (self.compliant, self.rigid) {
-            (0, 0) => 0.0,
-            (0, _) => f64::INFINITY,
-            (count, _) => MEASURED * (h * h * self.excess[0] + h * self.excess[1]) / count as f64,
+        let is_rigid = self.is_rigid || self.has_rigid_volume && self.compliant == 0;
+        match self.compliant {
+            _ if is_rigid => f64::INFINITY,
+            0 => 0.0,
+            count => MEASURED * (h * h * self.excess[0] + h * self.excess[1]) / count as f64,
         }
+    }
+
+    /// Σ w‖∇C‖² of an equation.
+    fn mobility<const N: usize>(row: &Row<N>, points: &[Point; N]) -> f64 {
+        let gradients = row.gradients.iter().zip(points);
+        gradients.map(|(g, p)| p.w * g.length_squared()).sum()
     }
 }
 
@@ -163,21 +186,31 @@ impl Visit for Sums<'_> {
         self.gauss_seidel += GAUSS_SEIDEL[kind] * equations;
         self.assembly += ASSEMBLY[kind] * equations;
         for (index, corners) in elements.enumerate() {
-            let points = corners.map(|i| {
+            let mut points = corners.map(|i| {
                 let x = self.topology.rest[i as usize].as_dvec3();
                 let w = f64::from(self.particles.positions[i as usize].w);
                 Point { x, w, rest: x }
             });
-            for row in effect.linear_rows(self.topology, index, points) {
-                let gradients = row.gradients.iter().zip(points);
-                let mobility: f64 = gradients.map(|(g, p)| p.w * g.length_squared()).sum();
+            let mut rows = effect.linear_rows(self.topology, index, points);
+            if rows.iter().all(|row| Self::mobility(row, &points) == 0.0) {
+                // A flat hinge has no direction at rest.
+                points[0].x += DVec3::splat(NUDGE * f64::from(self.topology.size));
+                rows = effect.linear_rows(self.topology, index, points);
+            }
+            for row in rows {
+                let mobility = Self::mobility(&row, &points);
+                if mobility == 0.0 {
+                    continue;
+                }
                 if row.compliance > 0.0 {
                     let excess = mobility / row.compliance;
                     self.excess[0] += excess;
                     self.excess[1] += tau * excess;
                     self.compliant += 1;
-                } else if mobility > 0.0 {
-                    self.rigid += 1;
+                } else if E::KIND == ElasticKind::Volume {
+                    self.has_rigid_volume = true;
+                } else {
+                    self.is_rigid = true;
                 }
             }
         }
@@ -187,18 +220,31 @@ impl Visit for Sums<'_> {
 /// The last choice, and what it was made for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Chosen {
-    effects: Effects,
-    topology: TopologyId,
-    /// Σ w, for a change of pins or densities [1/kg].
-    mobility: f64,
-    settings: Settings,
-    pub choice: Choice,
+    given: Given,
+    choice: Choice,
 }
+
+/// What a choice depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Given {
+    /// The elastic effects.
+    effects: Effects,
+    tolerance: f64,
+    topology: TopologyId,
+    /// Of the inverse masses.
+    masses: u64,
+    settings: Settings,
+}
+
+/// Multiplications of a factorization, and for which kinds of elements on which topology; `None` for too
+/// many.
+pub(super) type KnownWork = (u32, TopologyId, Option<u64>);
 
 impl DirectWorkspace {
     /// Chooses the solver for the next tick of a body that carries [`Direct`](super::Direct) with a
     /// tolerance. Must be called before its stages; [`World`](crate::World) does so. A function of
-    /// masses, rest shape, effects and settings alone.
+    /// masses, rest shape, effects and settings alone; plastic flow does not change it. Nothing is
+    /// chosen for particles that do not belong to the topology.
     pub fn choose(
         &mut self,
         effects: &mut Effects,
@@ -206,56 +252,28 @@ impl DirectWorkspace {
         particles: &Particles,
         settings: &Settings,
     ) {
-        let Some(direct) = effects.direct else {
+        let Some(direct) = &mut effects.direct else {
             return;
         };
         let tolerance = f64::from(direct.tolerance.get());
+        direct.yields = false;
         if tolerance == 0.0 {
-            effects.direct = Some(super::Direct {
-                yields: false,
-                ..direct
-            });
+            if let Some(workspace) = &mut self.0 {
+                workspace.chosen = None;
+            }
             return;
         }
-        // A grab moves in every tick, and is no elastic effect.
-        let key = Effects {
-            grab: None,
-            direct: Some(direct),
-            ..*effects
-        };
-        let mobility = particles.positions.iter().map(|x| f64::from(x.w)).sum();
+        if particles.positions.len() != topology.particles() {
+            return;
+        }
         let workspace = self.0.get_or_insert_default();
-        let choice = match &workspace.chosen {
-            Some(known)
-                if known.effects == key
-                    && known.topology == topology.id()
-                    && known.mobility == mobility
-                    && known.settings == *settings =>
-            {
-                known.choice
-            }
-            _ => {
-                let given = Given {
-                    topology,
-                    effects,
-                    particles,
-                    settings,
-                };
-                let choice = Choice::of(&given, tolerance);
-                workspace.chosen = Some(Chosen {
-                    effects: key,
-                    topology: topology.id(),
-                    mobility,
-                    settings: *settings,
-                    choice,
-                });
-                choice
-            }
-        };
-        effects.direct = Some(super::Direct {
-            yields: !choice.is_direct,
-            ..direct
-        });
+        let choice = workspace.choose(effects, topology, particles, (tolerance, settings));
+        if !choice.is_direct {
+            workspace.status = Status::Nothing;
+        }
+        if let Some(direct) = &mut effects.direct {
+            direct.yields = !choice.is_direct;
+        }
     }
 
     /// The last choice of a solver; `None` without a tolerance.
@@ -263,4 +281,63 @@ impl DirectWorkspace {
     pub fn choice(&self) -> Option<Choice> {
         Some(self.0.as_ref()?.chosen?.choice)
     }
+}
+
+impl Workspace {
+    fn choose(
+        &mut self,
+        effects: &Effects,
+        topology: &Topology,
+        particles: &Particles,
+        (tolerance, settings): (f64, &Settings),
+    ) -> Choice {
+        let topology = topology.original().map_or(topology, |original| original);
+        // What the error does not depend on must not be planned anew, for example while gravity changes.
+        let given = Given {
+            effects: effects.elastic(),
+            tolerance,
+            topology: topology.id(),
+            masses: hash_of(particles.positions.iter().map(|x| x.w)),
+            settings: Settings {
+                rate: settings.rate,
+                substeps: settings.substeps,
+                iterations: settings.iterations,
+                smoothing_iterations: settings.smoothing_iterations,
+                order: settings.order,
+                method: settings.method,
+                ..Settings::default()
+            },
+        };
+        if let Some(Chosen { choice, .. }) = self.chosen.filter(|known| known.given == given) {
+            return choice;
+        }
+        let sums = Sums::of(topology, effects, particles);
+        let mut choice = Choice::of(&sums, (tolerance, settings), None);
+        if choice.error > tolerance && unfit_effects(effects, settings.method).is_none() {
+            let work = self.work(topology, effects);
+            choice = Choice::of(&sums, (tolerance, settings), work);
+        }
+        self.chosen = Some(Chosen { given, choice });
+        choice
+    }
+
+    /// Multiplications of a factorization; `None` for too many. Known ones are kept.
+    fn work(&mut self, topology: &Topology, effects: &Effects) -> Option<u64> {
+        let kinds = super::kinds_of(effects);
+        match self.known_work {
+            Some((of, id, work)) if (of, id) == (kinds, topology.id()) => work,
+            _ => {
+                let work = work(topology, effects);
+                self.known_work = Some((kinds, topology.id(), work));
+                work
+            }
+        }
+    }
+}
+
+/// A hash of numbers in their order (FNV-1a).
+fn hash_of(numbers: impl Iterator<Item = f32>) -> u64 {
+    numbers.fold(0xcbf2_9ce4_8422_2325, |hash, number| {
+        (hash ^ u64::from(number.to_bits())).wrapping_mul(0x0100_0000_01b3)
+    })
 }

@@ -62,15 +62,17 @@ pub use choice::Choice;
 #[cfg_attr(
     feature = "bevy",
     derive(Component, Reflect),
-    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    reflect(Component, Clone, Debug, Default, PartialEq, Serialize, Deserialize),
     type_path = "pliant::effect"
 )]
 pub struct Direct {
-    /// Relative error of the stiffness of the body that Gauss–Seidel may leave. It is used instead where
-    /// it is expected to stay within it, where it would reach it in less time, and where the body cannot
-    /// be solved directly ([`Choice`]). Default 0: always directly.
+    /// Relative excess of the displacement under a load that Gauss–Seidel may leave, as it is expected
+    /// by a cost model ([`Choice`]). Gauss–Seidel is used instead of the direct solver where it is
+    /// expected to stay within it, where it would reach it with more substeps in less time than a tick
+    /// takes directly, and where the body cannot be solved directly. Default 0: always directly.
     pub tolerance: Tolerance,
-    /// Whether Gauss–Seidel is used in this tick: derived, see [`DirectWorkspace::choose`].
+    /// Whether Gauss–Seidel was chosen for this tick, with a tolerance. Derived at the start of every
+    /// tick: see [`DirectWorkspace::choose`].
     #[serde(skip)]
     #[cfg_attr(feature = "bevy", reflect(ignore))]
     pub yields: bool,
@@ -83,9 +85,9 @@ impl Direct {
         yields: false,
     };
 
-    /// With Gauss–Seidel wherever it is expected to be off by less than this error, or faster.
+    /// With a tolerance.
     #[must_use]
-    pub fn with_tolerance(tolerance: Tolerance) -> Self {
+    pub const fn with_tolerance(tolerance: Tolerance) -> Self {
         Self {
             tolerance,
             yields: false,
@@ -138,6 +140,7 @@ struct Workspace {
     iterated: [Vec<f32>; ElasticKind::COUNT],
     status: Status,
     chosen: Option<choice::Chosen>,
+    known_work: Option<choice::KnownWork>,
 }
 
 /// Outcome of the last substep.
@@ -211,7 +214,19 @@ impl fmt::Display for Unfit {
     }
 }
 
-/// Reason against the direct solver for a body with these effects, if any.
+/// Reason against the effect [`Direct`] on a body with these effects, if it is there: as for
+/// [`unfit`], but none with a tolerance, with which Gauss–Seidel is used where the body cannot be solved
+/// directly.
+#[must_use]
+pub fn refused(topology: &Topology, effects: &Effects, method: Method) -> Option<Unfit> {
+    let is_chosen = effects.direct.is_some_and(|it| it.tolerance.get() > 0.0);
+    match is_chosen {
+        true => None,
+        false => unfit(topology, effects, method),
+    }
+}
+
+/// Reason why a body with these effects cannot be solved directly, if any.
 #[must_use]
 pub fn unfit(topology: &Topology, effects: &Effects, method: Method) -> Option<Unfit> {
     unfit_effects(effects, method).or_else(|| {
@@ -267,6 +282,13 @@ impl ElasticKind {
 #[must_use]
 pub fn work(topology: &Topology, effects: &Effects) -> Option<u64> {
     plan(topology, effects).ok().map(|plan| plan.work)
+}
+
+/// A bit for each elastic effect that is solved directly.
+fn kinds_of(effects: &Effects) -> u32 {
+    let kinds = ElasticKind::ALL.into_iter();
+    let kinds = kinds.filter(|kind| effects.has(*kind) && kind.is_solved_directly());
+    kinds.fold(0, |all, kind| all | 1 << kind as u32)
 }
 
 fn plan(topology: &Topology, effects: &Effects) -> Result<Plan, TooLarge> {
@@ -353,9 +375,7 @@ impl Workspace {
 
     /// Makes a plan if there is none for these effects.
     fn prepare(&mut self, topology: &Topology, effects: &Effects) {
-        let kinds = ElasticKind::ALL.into_iter();
-        let kinds = kinds.filter(|kind| effects.has(*kind) && kind.is_solved_directly());
-        let kinds = kinds.fold(0, |all, kind| all | 1 << kind as u32);
+        let kinds = kinds_of(effects);
         let is_rigid = effects.neo_hookean.is_some_and(|it| it.is_rigid());
         let wanted = Some((kinds, is_rigid, topology.id()));
         if self.planned == wanted {
@@ -365,6 +385,7 @@ impl Workspace {
             planned: wanted,
             plan: plan(topology, effects).ok().filter(|_| !is_rigid),
             chosen: self.chosen,
+            known_work: self.known_work,
             ..Self::default()
         };
         if let Some(plan) = &self.plan {

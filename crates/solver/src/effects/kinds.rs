@@ -61,6 +61,15 @@ macro_rules! of_elastic_effects {
                 }
             }
 
+            /// Its elastic effects alone.
+            #[must_use]
+            pub(crate) fn elastic(&self) -> Self {
+                Self {
+                    $($field: self.$field,)*
+                    ..Self::default()
+                }
+            }
+
             /// Visits all elastic effects in order.
             pub fn visit(&self, visitor: &mut impl Visit) {
                 $(if let Some(effect) = &self.$field {

@@ -129,7 +129,8 @@ impl Body {
             .choose(&mut self.effects, topology, particles, settings);
     }
 
-    /// Starts a tick: allocates multipliers, checks the input, and stores positions.
+    /// Starts a tick: allocates multipliers, checks the input, and stores positions. Does not
+    /// [choose the solver](Self::choose_solver).
     pub fn begin_tick(&mut self) {
         if let Some(particle) = self.particles.first_unfit(self.topology.particles()) {
             restore_at_rest(&mut self.particles, &self.tick_start.positions);

@@ -74,7 +74,7 @@ impl World {
                 body.wake();
             }
         }
-        for body in bodies.iter_mut() {
+        for body in bodies.iter_mut().filter(|body| body.is_active()) {
             body.choose_solver(settings);
         }
         let has_meshes = swept.has_meshes();
