@@ -27,8 +27,11 @@ fn setup(
     // Any mesh of triangles: of a glTF file, for example, once it is loaded.
     let mesh = Sphere::new(0.6).mesh().uv(48, 24); // m
     let ball = SoftBody::from_mesh(&mesh)?;
-    let (skin, mesh) = (ball.skin(), ball.mesh(&mesh));
-    let mut body = commands.spawn((
+    let drawn = ball
+        .mesh(&mesh)
+        .ok_or("the body was made from another mesh")?;
+    commands.spawn((
+        drawn,
         ball.at(Vec3::Y * 1.5).build(),
         Stretch {
             compliance: Compliance::of(3e-4), // m/N
@@ -42,9 +45,6 @@ fn setup(
             ..default()
         })),
     ));
-    if let (Some(skin), Some(mesh)) = (skin, mesh) {
-        body.insert((skin, mesh));
-    }
     commands.spawn((
         Mesh3d(meshes.add(Plane3d::default().mesh().size(10.0, 10.0))),
         MeshMaterial3d(materials.add(Color::srgb(0.6, 0.6, 0.6))),
@@ -63,7 +63,7 @@ fn setup(
     Ok(())
 }
 
-/// A beach ball: twelve sectors in six colors, and a white cap.
+/// A beach ball: twelve sectors in five colors, and a white cap.
 fn stripes() -> Image {
     const SIZE: u32 = 96;
     let color = |x: u32, y: u32| -> [u8; 4] {

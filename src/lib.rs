@@ -37,11 +37,11 @@
 //! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |
 //! | [`scene`] | scene files, their registry, acceptance criteria | all above |
 //! | [`recording`] | snapshots of the whole state, recordings of actions, replays | all above |
-//! | [`output`] | CSV, SVG, JSON | all above |
-//! | [`bench`] | speed of the solver, and the limits of the machine (roofline) | `solver`, `mesh`, `output` |
-//! | [`study`] | accuracy vs. cost: problems, parameter sweep, Pareto front, report | all above |
-//! | [`ablation`] | cost of each effect of a scene, and what one would see without it | `scene` |
-//! | [`torture`] | robustness suite: hard cases, each over a family of bodies, with figures and limits | all above but `study` |
+//! | `output` | CSV, SVG, JSON | all above |
+//! | `bench` | speed of the solver, and the limits of the machine (roofline) | `solver`, `mesh`, `output` |
+//! | `study` | accuracy vs. cost: problems, parameter sweep, Pareto front, report | all above |
+//! | `ablation` | cost of each effect of a scene, and what one would see without it | `scene` |
+//! | `torture` | robustness suite: hard cases, each over a family of bodies, with figures and limits | all above but `study` |
 //! | `avian` | coupling with the rigid bodies of `avian3d` (feature `avian`) | `simulation`, `effect` |
 //! | `render` | meshes that follow bodies, picking, placement by `Transform` (feature `render`) | `simulation`, `scene` |
 //! | `sandbox` | the window (feature `window`) | all above |

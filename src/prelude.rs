@@ -1,6 +1,7 @@
 //! Common imports.
 //!
-//! Names that the preludes of avian3d or bevy_rapier3d have too are left out, so that both can be imported:
+//! Names that the preludes of Bevy, avian3d 0.7 or bevy_rapier3d 0.36 have too are left out, so that they can
+//! be imported together:
 //! [`Collider`](crate::solver::Collider), [`Friction`](crate::solver::Friction),
 //! [`Restitution`](crate::solver::Restitution), [`Damping`](crate::solver::Damping) and
 //! [`Substeps`](crate::solver::Substeps) are in [`solver`](crate::solver),

@@ -7,7 +7,8 @@
 
 use crate::{mesh::Skin, simulation::BodySkin, solver::Topology};
 use bevy::{
-    mesh::{Indices, VertexAttributeValues},
+    asset::RenderAssetUsages,
+    mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
     prelude::*,
 };
 use std::{
@@ -16,7 +17,8 @@ use std::{
 };
 
 /// Draws a body with a mesh of the app, which keeps its texture coordinates, seams, hard edges, colors
-/// and tangents. Comes from [`SoftBodyBuilder::mesh`](crate::simulation::SoftBodyBuilder::mesh).
+/// and tangents. Comes from [`SoftBodyBuilder::mesh`](crate::simulation::SoftBodyBuilder::mesh), and
+/// brings the [skin](BodySkin) of a filled body with it.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -25,12 +27,9 @@ use std::{
 /// fn setup(mut commands: Commands) -> Result {
 ///     let mesh = Sphere::new(0.3).mesh().uv(32, 18); // m
 ///     let ball = SoftBody::from_mesh(&mesh)?;
-///     let (skin, mesh) = (ball.skin(), ball.mesh(&mesh));
-///     let mut body = commands.spawn((ball.build(), Stretch::default(), Volume::default()));
-///     // `MeshMaterial3d` with a texture comes here.
-///     if let (Some(skin), Some(mesh)) = (skin, mesh) {
-///         body.insert((skin, mesh));
-///     }
+///     let drawn = ball.mesh(&mesh).expect("it was made from it");
+///     // `MeshMaterial3d` with a texture comes here, too.
+///     commands.spawn((ball.build(), drawn, Stretch::default(), Volume::default()));
 ///     Ok(())
 /// }
 /// # let mut app = App::new();
@@ -39,12 +38,20 @@ use std::{
 /// # app.update();
 /// ```
 ///
-/// Triangles of the mesh that have no area, or that another one covers, are not drawn. Where the body
-/// tears, the mesh comes apart with it; triangles of a [skin](BodySkin) across the crack vanish.
+/// - Normals are computed for the deformed shape. Vertices at one place that have the same normal at rest
+///   share theirs, so that no seam shows; others keep a hard edge. A mesh without normals gets smooth
+///   ones, or flat ones if it has no indices.
+/// - Triangles without area are not drawn, and of those that cover each other one for each side. Their
+///   winding is that of the body: counter-clockwise from outside.
+/// - Joints and morph targets are left out.
+/// - Where the body tears, the mesh comes apart with it; triangles of a skin across the crack vanish.
+/// - [Copies](crate::effect::BodyEmitter) of a body and bodies of a snapshot do not have it: an app
+///   clones it, in an observer of [`BodyEmitted`](crate::simulation::BodyEmitted), or makes it anew.
 #[derive(Component, Debug, Clone)]
 pub struct BodyMesh {
     mesh: Arc<Mesh>,
     points: Arc<[Option<u32>]>,
+    skin: Option<Arc<Skin>>,
     /// Triangles with their vertices in the mesh.
     triangles: Arc<[Triangle]>,
 }
@@ -52,7 +59,7 @@ pub struct BodyMesh {
 /// A triangle of the mesh.
 #[derive(Debug, Clone, Copy)]
 struct Triangle {
-    /// Its vertices.
+    /// Its vertices, wound as the triangle of the body, or the other way around for its back.
     vertices: [u32; 3],
     /// Index of the triangle of the body.
     number: u32,
@@ -61,44 +68,66 @@ struct Triangle {
 }
 
 impl BodyMesh {
-    /// A mesh whose vertices follow `points`: vertices of the skin of a body, or of the body itself
+    /// A mesh whose vertices follow `points`: vertices of the skin of a body, or of its rest shape
     /// without one, with their `triangles`.
-    pub(super) fn new(mesh: Mesh, points: Vec<Option<u32>>, triangles: &[[u32; 3]]) -> Self {
+    pub(super) fn new(
+        mesh: &Mesh,
+        points: &[Option<u32>],
+        skin: Option<Arc<Skin>>,
+        triangles: &[[u32; 3]],
+    ) -> Self {
         let numbers = (0..).zip(triangles);
         let known: BTreeMap<_, u32> = numbers.map(|(number, t)| (sorted(*t), number)).collect();
-        let mut drawn = BTreeSet::new();
+        // Whether the first triangle of the mesh for a triangle of the body is wound as that one.
+        let mut fronts: BTreeMap<u32, bool> = BTreeMap::new();
+        let mut backs = BTreeSet::new();
         let of_mesh = |vertices: &[u32; 3]| {
             let [a, b, c] = vertices.map(|vertex| points.get(vertex as usize).copied().flatten());
             let at = [a?, b?, c?];
             let number = *known.get(&sorted(at))?;
-            // The first one of several that lie on each other.
-            let is_first = drawn.insert(number);
             let corner = |point: u32| {
                 let corners = &triangles[number as usize];
                 corners.iter().position(|&it| it == point).unwrap_or(0) as u8
             };
-            is_first.then_some(Triangle {
+            let mut triangle = Triangle {
                 vertices: *vertices,
                 number,
                 corners: at.map(corner),
-            })
+            };
+            let is_wound_alike = matches!(triangle.corners, [0, 1, 2] | [1, 2, 0] | [2, 0, 1]);
+            let is_back = match fronts.get(&number) {
+                None => {
+                    fronts.insert(number, is_wound_alike);
+                    false
+                }
+                Some(&front) => {
+                    let is_new = front != is_wound_alike && backs.insert(number);
+                    is_new.then_some(true)?
+                }
+            };
+            if is_wound_alike == is_back {
+                triangle.vertices.swap(1, 2);
+                triangle.corners.swap(1, 2);
+            }
+            Some(triangle)
         };
-        let corners = indices(&mesh);
+        let corners = indices(mesh);
         Self {
             triangles: corners.as_chunks().0.iter().filter_map(of_mesh).collect(),
-            mesh: Arc::new(mesh),
+            mesh: Arc::new(with_normals(mesh)),
             points: points.into(),
+            skin,
         }
     }
 
-    /// The mesh at rest.
+    /// The mesh at rest, with normals.
     #[must_use]
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// For each vertex of the mesh, the vertex of the [skin](BodySkin), or of the body without one,
-    /// that it follows; `None` for a vertex without a triangle.
+    /// For each vertex of the mesh, the vertex of the [skin](BodySkin), or of the rest shape of the body
+    /// without one, that it follows until a tear; `None` for a vertex without a triangle.
     #[must_use]
     pub fn points(&self) -> &[Option<u32>] {
         &self.points
@@ -130,6 +159,49 @@ impl BodyMesh {
     }
 }
 
+/// Adds the skin of a filled body.
+pub(super) fn add_skin(
+    added: On<Insert, BodyMesh>,
+    bodies: Query<(&BodyMesh, Has<BodySkin>)>,
+    mut commands: Commands,
+) {
+    if let Ok((mesh, false)) = bodies.get(added.entity)
+        && let Some(skin) = &mesh.skin
+    {
+        commands
+            .entity(added.entity)
+            .insert(BodySkin(Arc::clone(skin)));
+    }
+}
+
+/// A copy of a mesh with normals, without what deforms it otherwise.
+fn with_normals(mesh: &Mesh) -> Mesh {
+    let mut own = Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    );
+    let joints = [
+        Mesh::ATTRIBUTE_JOINT_INDEX.id,
+        Mesh::ATTRIBUTE_JOINT_WEIGHT.id,
+    ];
+    for (attribute, values) in mesh.attributes() {
+        if !joints.contains(&attribute.id) {
+            own.insert_attribute(*attribute, values.clone());
+        }
+    }
+    let is_indexed = mesh.indices().is_some();
+    if is_indexed {
+        own.insert_indices(Indices::U32(indices(mesh)));
+    }
+    if own.attribute(Mesh::ATTRIBUTE_NORMAL).is_none() {
+        match is_indexed {
+            true => own.compute_smooth_normals(),
+            false => own.compute_flat_normals(),
+        }
+    }
+    own
+}
+
 /// Indices of the corners of the triangles of a mesh.
 pub(super) fn indices(mesh: &Mesh) -> Vec<u32> {
     match mesh.indices() {
@@ -156,7 +228,7 @@ pub struct OwnMesh {
     /// For each drawn vertex, its normal among those that are shared.
     normal: Vec<u32>,
     /// Triangles over the drawn vertices.
-    pub triangles: Vec<[u32; 3]>,
+    triangles: Vec<[u32; 3]>,
     /// Directions along the texture, for a mesh with tangents.
     tangents: Vec<Tangent>,
     shared: usize,
@@ -174,9 +246,13 @@ struct Tangent {
 }
 
 impl OwnMesh {
-    /// The mesh of a body in its present topology.
+    /// The mesh of a body in its present topology; `None` if the body has a skin that the mesh has not,
+    /// or the other way around.
     #[must_use]
-    pub fn new(own: &BodyMesh, body: &Topology, skin: Option<&BodySkin>) -> Self {
+    pub fn new(own: &BodyMesh, body: &Topology, skin: Option<&BodySkin>) -> Option<Self> {
+        if own.skin.is_some() != skin.is_some() {
+            return None;
+        }
         let now = own.now(body, skin.map(|skin| &*skin.0));
         let mut pairs: Vec<(u32, u32)> = now.iter().flatten().copied().collect();
         pairs.sort_unstable();
@@ -185,14 +261,13 @@ impl OwnMesh {
         let triangles: Vec<_> = now.iter().map(|t| t.map(place)).collect();
         // Without shared vertices: one for each index.
         let mut mesh = (*own.mesh).clone();
-        mesh.insert_indices(Indices::U32(
-            pairs.iter().map(|(vertex, _)| *vertex).collect(),
-        ));
+        let vertices = pairs.iter().map(|(vertex, _)| *vertex);
+        mesh.insert_indices(Indices::U32(vertices.collect()));
         mesh.duplicate_vertices();
         mesh.insert_indices(Indices::U32(triangles.as_flattened().to_vec()));
         let source: Vec<u32> = pairs.iter().map(|(_, point)| *point).collect();
-        let normals = vectors(&mesh, Mesh::ATTRIBUTE_NORMAL);
-        let (normal, shared) = shared_normals(&source, &normals);
+        let given = vectors(&mesh, Mesh::ATTRIBUTE_NORMAL);
+        let (normal, shared) = shared_normals(&source, &given);
         let mut form = Self {
             mesh,
             source,
@@ -201,29 +276,37 @@ impl OwnMesh {
             tangents: Vec::new(),
             shared,
         };
-        form.tangents = form.tangents_at_rest(&normals);
-        form
+        form.tangents = form.tangents_at_rest();
+        Some(form)
     }
 
     /// The mesh, still at rest.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
-        let mesh = self.mesh.clone();
-        match mesh.contains_attribute(Mesh::ATTRIBUTE_NORMAL) {
-            true => mesh,
-            false => {
-                let normals = vec![[0.0_f32; 3]; self.source.len()];
-                mesh.with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-            }
-        }
+        self.mesh.clone()
     }
 
-    /// Writes positions and normals of the drawn vertices for the given points.
-    pub fn draw(&self, points: &[Vec3], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+    /// Writes positions and normals of the drawn vertices for the given points. `sums` is reused.
+    pub fn draw(
+        &self,
+        points: &[Vec3],
+        (positions, normals): (&mut [[f32; 3]], &mut [[f32; 3]]),
+        sums: &mut Vec<Vec3>,
+    ) {
         for (position, &source) in positions.iter_mut().zip(&self.source) {
             *position = points[source as usize].to_array();
         }
-        let mut sums = vec![Vec3::ZERO; self.shared];
+        self.compute_normals(positions, normals, sums);
+    }
+
+    fn compute_normals(
+        &self,
+        positions: &[[f32; 3]],
+        normals: &mut [[f32; 3]],
+        sums: &mut Vec<Vec3>,
+    ) {
+        sums.clear();
+        sums.resize(self.shared, Vec3::ZERO);
         for triangle in &self.triangles {
             let [a, b, c] = triangle.map(|v| Vec3::from(positions[v as usize]));
             let area = (b - a).cross(c - a);
@@ -255,13 +338,17 @@ impl OwnMesh {
         }
     }
 
-    fn tangents_at_rest(&self, normals: &[Vec3]) -> Vec<Tangent> {
+    fn tangents_at_rest(&self) -> Vec<Tangent> {
         let Some(VertexAttributeValues::Float32x4(given)) =
             self.mesh.attribute(Mesh::ATTRIBUTE_TANGENT)
         else {
             return Vec::new();
         };
         let positions = vectors(&self.mesh, Mesh::ATTRIBUTE_POSITION);
+        let at: Vec<[f32; 3]> = positions.iter().map(|x| x.to_array()).collect();
+        // About the computed normals, as later, which may differ from the given ones.
+        let mut normals = vec![[0.0; 3]; at.len()];
+        self.compute_normals(&at, &mut normals, &mut Vec::new());
         let mut towards: Vec<u32> = (0..self.source.len() as u32).collect();
         for &[a, b, c] in &self.triangles {
             for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -270,7 +357,7 @@ impl OwnMesh {
         }
         let tangents = towards.into_iter().zip(given).enumerate();
         let tangent = |(v, (towards, &given)): (usize, (u32, &[f32; 4]))| {
-            let normal = normals.get(v).copied().unwrap_or(Vec3::Y);
+            let normal = Vec3::from(normals[v]);
             let along = in_plane(positions[towards as usize] - positions[v], normal);
             let given = Vec4::from_array(given);
             let flat = in_plane(given.truncate(), normal);
@@ -446,12 +533,8 @@ mod tests {
                 .init_asset::<Mesh>()
                 .add_plugins((SoftBodyPlugins::default(), SoftBodyMeshPlugin));
             let builder = SoftBody::from_mesh(&mesh).expect("a body");
-            let (skin, own) = (builder.skin(), builder.mesh(&mesh).expect("its mesh"));
-            let mut entity = app.world_mut().spawn((builder.build(), own));
-            if let Some(skin) = skin {
-                entity.insert(skin);
-            }
-            let body = entity.id();
+            let own = builder.mesh(&mesh).expect("its mesh");
+            let body = app.world_mut().spawn((builder.build(), own)).id();
             app.update();
             let before = seen(&app, body);
             let cut = Cut {
@@ -476,6 +559,84 @@ mod tests {
                 assert!(near.count() > 0, "{triangle:?}");
             }
         }
+    }
+
+    /// A square of two triangles whose vertices are given in any order.
+    fn square(triangles: &[[u32; 3]]) -> Mesh {
+        let corners = vec![
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 0.0, -1.0],
+            [0.0, 0.0, -1.0],
+        ];
+        Mesh::new(
+            PrimitiveTopology::TriangleList,
+            RenderAssetUsages::RENDER_WORLD,
+        )
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, corners)
+        .with_inserted_attribute(
+            Mesh::ATTRIBUTE_JOINT_WEIGHT,
+            vec![[1.0_f32, 0.0, 0.0, 0.0]; 4],
+        )
+        .with_inserted_indices(Indices::U32(triangles.as_flattened().to_vec()))
+    }
+
+    /// Both sides of a double-sided mesh are drawn once; joints are left out, and the mesh stays in the
+    /// main world, where it is written in every frame.
+    #[test]
+    fn both_sides_of_a_cloth_are_drawn_once_and_nothing_else_deforms_it() {
+        let [front, back] = [[[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 3, 2]]];
+        let all = [front, back, front].concat();
+        let seen = drawn(&square(&all), |x| x);
+        assert_eq!(indices(&seen).len(), 3 * 4);
+        assert!(!seen.contains_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT));
+        assert!(seen.contains_attribute(Mesh::ATTRIBUTE_NORMAL));
+        assert_eq!(seen.asset_usage, RenderAssetUsages::default());
+    }
+
+    /// A ball whose triangles are wound inwards, as after mirroring, is drawn as the body is.
+    #[test]
+    fn triangles_are_wound_as_those_of_the_body() {
+        let mut ball = Sphere::new(1.0).mesh().ico(2).expect("few");
+        let mut corners = indices(&ball);
+        corners
+            .as_chunks_mut::<3>()
+            .0
+            .iter_mut()
+            .for_each(|t| t.swap(0, 1));
+        ball.insert_indices(Indices::U32(corners));
+        let seen = drawn(&ball, |x| x);
+        let at = vectors(&seen, Mesh::ATTRIBUTE_POSITION);
+        for (normal, x) in vectors(&seen, Mesh::ATTRIBUTE_NORMAL).iter().zip(&at) {
+            assert!(normal.dot(*x) > 0.9);
+        }
+        for triangle in indices(&seen).as_chunks::<3>().0 {
+            let [a, b, c] = triangle.map(|v| at[v as usize]);
+            assert!((b - a).cross(c - a).dot(a) > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_mesh_brings_its_skin_and_a_body_without_it_is_drawn_by_its_own_surface() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, AssetPlugin::default(), TransformPlugin))
+            .init_asset::<Mesh>()
+            .add_plugins((SoftBodyPlugins::default(), SoftBodyMeshPlugin));
+        let mesh = Sphere::new(1.0).mesh().uv(24, 12);
+        let builder = SoftBody::from_mesh(&mesh).expect("a body");
+        let own = builder.mesh(&mesh).expect("its mesh");
+        assert!(SoftBody::rope(1.0, 4).mesh(&mesh).is_none());
+        let body = app.world_mut().spawn((builder.build(), own)).id();
+        app.update();
+        assert!(app.world().get::<BodySkin>(body).is_some());
+        let has_uvs = |app: &App| drawn_mesh(app, body).contains_attribute(Mesh::ATTRIBUTE_UV_0);
+        assert!(has_uvs(&app));
+        app.world_mut().entity_mut(body).remove::<BodySkin>();
+        app.update();
+        assert!(!has_uvs(&app));
+        app.world_mut().entity_mut(body).remove::<BodyMesh>();
+        app.update();
+        assert!(!has_uvs(&app));
     }
 
     fn drawn_mesh(app: &App, body: Entity) -> &Mesh {

@@ -57,12 +57,14 @@ impl Outline {
         }
     }
 
-    /// The same surface, drawn by a mesh of the app.
+    /// A surface that a mesh of the app draws.
     #[must_use]
-    pub(super) fn drawn_by(self, mesh: OwnMesh) -> Self {
+    pub(super) fn own(mesh: OwnMesh, triangles: Vec<[u32; 3]>, closed: bool) -> Self {
         Self {
+            triangles,
+            closed,
             form: Form::Own(Box::new(mesh)),
-            ..self
+            ..default()
         }
     }
 
@@ -89,7 +91,7 @@ impl Outline {
         }
     }
 
-    /// A mesh with space for the drawn vertices, all at the origin.
+    /// A mesh with space for the drawn vertices, at the origin, or at rest for a mesh of the app.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
         let (count, triangles) = match &self.form {
@@ -134,10 +136,15 @@ impl Outline {
         wires
     }
 
-    fn draw(&self, points: &[Vec3], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+    fn draw(
+        &self,
+        points: &[Vec3],
+        (positions, normals): (&mut [[f32; 3]], &mut [[f32; 3]]),
+        sums: &mut Vec<Vec3>,
+    ) {
         match &self.form {
             Form::Surface(surface) => surface.draw(points, positions, normals),
-            Form::Own(own) => own.draw(points, positions, normals),
+            Form::Own(own) => own.draw(points, (positions, normals), sums),
             Form::Tube(tube) => tube.draw(points, positions, normals),
             Form::Balls(balls) => balls.draw(points, positions, normals),
         }
@@ -162,6 +169,8 @@ pub struct Drawn {
     /// Drawn vertices, reused from frame to frame to avoid allocations.
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
+    /// Sums of areas for them.
+    sums: Vec<Vec3>,
 }
 
 impl Drawn {
@@ -195,8 +204,8 @@ impl Drawn {
         };
         self.positions.resize(count, [0.0; 3]);
         self.normals.resize(count, [0.0; 3]);
-        self.outline
-            .draw(&self.points, &mut self.positions, &mut self.normals);
+        let into = (&mut self.positions[..], &mut self.normals[..]);
+        self.outline.draw(&self.points, into, &mut self.sums);
     }
 
     /// Copies positions, from its origin, and normals into a mesh of [`Outline::mesh`], and returns its

@@ -17,7 +17,7 @@ impl SoftBody {
     /// A soft body from a triangle mesh [m], at the position of the mesh. A closed surface is
     /// filled with tetrahedra, and the mesh becomes their [skin](SoftBodyBuilder::skin); an open
     /// one becomes a cloth. Vertices at the same place are joined; [`mesh`](SoftBodyBuilder::mesh) draws
-    /// the body with the mesh as it was, with its texture coordinates.
+    /// the body with the mesh as it was, with its texture coordinates. Repairs are logged.
     ///
     /// ```
     /// use bevy::prelude::*;
@@ -43,7 +43,7 @@ impl SoftBody {
     /// [`build`] rejects, and [`MeshError::TooLarge`] for too many tetrahedra.
     pub fn from_mesh(mesh: &Mesh) -> Result<SoftBodyBuilder, MeshError> {
         let surface = surface(mesh)?;
-        let (low, high) = bounds(&surface.vertices);
+        let (low, high) = bounds(&surface);
         let options = |treatment| BuildOptions {
             treatment,
             ..default()
@@ -54,6 +54,9 @@ impl SoftBody {
             build(FileMesh::Surface(surface), &options(Treatment::Shell)).map_err(|_| error)
         })?;
         let middle = (0.5 * (low + high)).as_vec3();
+        for note in &soft.notes {
+            log::info!("a body from a mesh: {note}");
+        }
         let body = Self::shape(soft.shape).at(middle);
         Ok(body.of_mesh(soft.skin.map(Arc::new), soft.points))
     }
@@ -69,13 +72,15 @@ impl SoftBodyBuilder {
     }
 
     /// The mesh that a body [was made from](SoftBody::from_mesh), as a component that draws the body with
-    /// it: with its texture coordinates, seams and hard edges. `None` for another mesh, whose number of
-    /// vertices differs.
+    /// it: with its texture coordinates, seams and hard edges. `None` for a mesh with another number of
+    /// vertices, and for one that is no longer in the main world.
     #[must_use]
     pub fn mesh(&self, mesh: &Mesh) -> Option<BodyMesh> {
         let (points, triangles) = self.points_of_mesh();
-        let is_it = mesh.count_vertices() == points.len();
-        is_it.then(|| BodyMesh::new(mesh.clone(), points.to_vec(), triangles))
+        let positions = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).ok()?;
+        let is_it = !points.is_empty() && positions.len() == points.len();
+        let skin = self.fine_surface().cloned();
+        is_it.then(|| BodyMesh::new(mesh, points, skin, triangles))
     }
 }
 
@@ -108,8 +113,10 @@ fn surface(mesh: &Mesh) -> Result<SurfaceMesh, MeshError> {
     })
 }
 
-fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
-    let all = vertices.iter().copied();
+/// Bounds of the vertices that triangles use.
+fn bounds(surface: &SurfaceMesh) -> (DVec3, DVec3) {
+    let corners = surface.triangles.as_flattened().iter();
+    let all = corners.filter_map(|&corner| surface.vertices.get(corner as usize).copied());
     all.fold((DVec3::MAX, DVec3::MIN), |(low, high), x| {
         (low.min(x), high.max(x))
     })

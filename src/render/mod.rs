@@ -71,6 +71,7 @@ impl Plugin for SoftBodyMeshPlugin {
         app.add_systems(
             PostUpdate,
             (
+                undress,
                 make,
                 redraw,
                 interpolate,
@@ -84,6 +85,7 @@ impl Plugin for SoftBodyMeshPlugin {
                 .before(TransformSystems::Propagate)
                 .before(VisibilitySystems::CalculateBounds),
         )
+        .add_observer(body_mesh::add_skin)
         .add_systems(
             PostUpdate,
             (follow::follow, placement::place).before(SoftBodySystems::First),
@@ -100,6 +102,20 @@ struct Shown {
     asleep: bool,
     /// The topology.
     topology: Option<TopologyId>,
+}
+
+/// Draws bodies anew that have lost their skin or the mesh of the app.
+fn undress(
+    mut commands: Commands,
+    mut meshes: RemovedComponents<BodyMesh>,
+    mut skins: RemovedComponents<BodySkin>,
+    bodies: Query<(), With<Drawn>>,
+) {
+    for body in meshes.read().chain(skins.read()) {
+        if bodies.contains(body) {
+            commands.entity(body).remove::<Drawn>();
+        }
+    }
 }
 
 /// Adds a mesh to new bodies.
@@ -127,28 +143,36 @@ fn make(
     }
 }
 
-/// Draws a rod with its new radius, a body with another mesh of the app, and one with another
-/// topology, such as a torn one.
+/// Draws a rod with its new radius, a body with another mesh of the app or another skin, and one with
+/// another topology, such as a torn one.
 fn redraw(
     mut changed: Query<
         (
             Ref<SoftBody>,
-            Option<&BodySkin>,
+            Option<Ref<BodySkin>>,
             Option<Ref<Rod>>,
             Option<Ref<BodyMesh>>,
             (&mut Drawn, &mut Shown, &Mesh3d),
         ),
-        Or<(Changed<Rod>, Changed<SoftBody>, Changed<BodyMesh>)>,
+        Or<(
+            Changed<Rod>,
+            Changed<SoftBody>,
+            Changed<BodySkin>,
+            Changed<BodyMesh>,
+        )>,
     >,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
     for (body, skin, rod, own, (mut drawn, mut shown, mesh)) in &mut changed {
         let is_thicker = rod.as_ref().is_some_and(|rod| rod.is_changed());
         let is_other = own.as_ref().is_some_and(|own| own.is_changed());
-        if !is_thicker && !is_other && shown.topology == Some(body.id()) {
+        let has_other_skin = skin.as_ref().is_some_and(|skin| skin.is_changed());
+        let is_changed = is_thicker || is_other || has_other_skin;
+        if drawn.is_added() || !is_changed && shown.topology == Some(body.id()) {
             continue;
         }
-        let outline = Arc::new(outline(&body.0, skin, rod.as_deref(), own.as_deref()));
+        let (skin, rod, own) = (skin.as_deref(), rod.as_deref(), own.as_deref());
+        let outline = Arc::new(outline(&body.0, skin, rod, own));
         // The same asset, which others may refer to.
         let new = outline.mesh();
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
@@ -180,13 +204,16 @@ fn outline(
     rod: Option<&Rod>,
     own: Option<&BodyMesh>,
 ) -> Outline {
-    let outline = outline_of_body(topology, skin, rod);
-    match own {
-        Some(own) if !outline.triangles.is_empty() => {
-            outline.drawn_by(OwnMesh::new(own, topology, skin))
-        }
-        _ => outline,
+    if let Some(mesh) = own.and_then(|own| OwnMesh::new(own, topology, skin)) {
+        return match skin {
+            Some(BodySkin(skin)) => Outline::own(mesh, skin.triangles.clone(), true),
+            None => {
+                let closed = topology.dimension == Dimension::Solid;
+                Outline::own(mesh, topology.triangles.to_vec(), closed)
+            }
+        };
     }
+    outline_of_body(topology, skin, rod)
 }
 
 fn outline_of_body(topology: &Topology, skin: Option<&BodySkin>, rod: Option<&Rod>) -> Outline {

@@ -43,6 +43,7 @@ use pliant_solver::RestShape;
 
 /// A mesh that is ready for simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct SoftMesh {
     /// Simulated coarse shape [m], centered on the origin.
     pub shape: RestShape,
