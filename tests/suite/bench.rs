@@ -1,10 +1,11 @@
 //! The benchmark: all figures are present and plausible, and invalid requests are rejected.
 
-use pliant::bench::{Case, Spread};
+use pliant::bench::{Case, Options, Spread};
 use serde_json::Value;
 use std::{
     collections::BTreeSet,
     process::{Command, Output},
+    time::Duration,
 };
 
 fn bench(arguments: &[&str]) -> Output {
@@ -177,4 +178,41 @@ fn a_spread_has_the_middle_of_what_was_measured() {
     assert_eq!((spread.low, spread.median, spread.high), (1.0, 4.0, 8.0));
     let under = spread.under(8.0);
     assert_eq!((under.low, under.median, under.high), (1.0, 2.0, 8.0));
+}
+
+/// Blocks up to a million tetrahedra lie on their table: five tetrahedra in each of 6³ to 59³ cells.
+#[test]
+fn blocks_of_a_thousand_to_a_million_tetrahedra_lie_on_a_table() {
+    let options = Options {
+        rounds: 1,
+        slot: Duration::from_millis(1),
+        largest: 1 << 16,
+        only: "cloth_21".to_owned(),
+        loading: false,
+        ..Options::default()
+    };
+    let report = pliant::bench::run(&options, |_| ()).expect("it runs");
+    assert!(report.sound());
+    let cells = [6_usize, 13, 27, 59];
+    assert_eq!(report.growth.len(), cells.len());
+    for (row, cells) in report.growth.iter().zip(cells) {
+        assert_eq!(row.tetrahedra, 5 * cells.pow(3));
+        assert_eq!(row.particles, (cells + 1).pow(3));
+        // At most one contact of each vertex, edge and triangle of the lower face.
+        assert!(
+            (1..6 * (cells + 1).pow(2)).contains(&row.contacts),
+            "{row:?}"
+        );
+        // Corners, rest volume and scale of a tetrahedron take 24 bytes; it has 1.2 to 1.5 edges of 12,
+        // and 0.2 to 0.3 particles of 48 for the state alone.
+        let bytes = row.bytes / row.tetrahedra;
+        assert!((48..200).contains(&bytes), "{bytes} bytes per tetrahedron");
+        for (place, (threads, milliseconds)) in row.stepped.iter().enumerate() {
+            assert!(*threads > 0 && milliseconds.low > 0.0);
+            assert!(row.nanoseconds(place).is_some_and(|it| it > 0.0));
+        }
+    }
+    let text = report.to_string();
+    assert!(text.contains("1026895"), "{text}");
+    assert_eq!(report.json()["blocks"].as_array().map(Vec::len), Some(4));
 }
