@@ -5,6 +5,7 @@ use pliant::{effect::*, prelude::*, simulation::*, solver::kernel::prelude::*};
 
 /// Contracts the edges of a body to a fraction of their rest length.
 #[derive(Component, Clone, Default)]
+#[component(on_add = needs_plugin::<Muscle>)]
 struct Muscle(f32);
 
 impl Effect for Muscle {

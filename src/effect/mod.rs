@@ -18,6 +18,7 @@
 //!
 //! /// A breeze that pushes every particle the same way.
 //! #[derive(Component, Clone, Default)]
+//! #[component(on_add = needs_plugin::<Breeze>)]
 //! struct Breeze {
 //!     acceleration: f32,
 //! }
@@ -103,7 +104,7 @@ pub use grabs::Grabs;
 pub use pin_targets::PinTargets;
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,
-    ParameterInfo, Scale,
+    ParameterInfo, Scale, needs_plugin,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies};

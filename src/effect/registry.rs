@@ -12,11 +12,13 @@ use crate::{
 use bevy::{
     ecs::{
         component::Mutable,
+        lifecycle::HookContext,
         schedule::{InternedScheduleLabel, ScheduleCleanupPolicy, ScheduleLabel},
+        world::DeferredWorld,
     },
     prelude::*,
 };
-use std::marker::PhantomData;
+use std::{collections::BTreeSet, marker::PhantomData};
 
 /// Scale of a parameter's slider.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -293,6 +295,8 @@ pub struct EffectRegistry {
     stale: bool,
     /// Entities that got an effect of this name, or a mesh, since the last tick.
     added: Vec<(Entity, Option<&'static str>)>,
+    /// Effects without their plugins, of which the log has spoken.
+    missing: BTreeSet<&'static str>,
 }
 
 /// A body carries an effect that does nothing: one that cannot act on it, such as
@@ -419,23 +423,41 @@ pub(super) fn missing_plugin<E: Effect>(
     if registry.get(E::NAME).is_some() {
         return;
     }
-    let text = format!(
-        "{} does nothing on body {}: its plugin was not added; add `EffectPlugin::<{}>::default()`",
-        E::NAME,
-        added.entity,
-        std::any::type_name::<E>()
-            .rsplit("::")
-            .next()
-            .unwrap_or_default(),
-    );
+    let unfit = without_plugin::<E>(added.entity);
     if !std::mem::replace(&mut *is_said, true) {
-        log::warn!("{text}");
+        log::warn!("{}", unfit.text);
     }
-    messages.write(EffectUnfit {
-        body: added.entity,
+    messages.write(unfit);
+}
+
+fn without_plugin<E: Effect>(body: Entity) -> EffectUnfit {
+    let name = std::any::type_name::<E>().rsplit("::").next();
+    EffectUnfit {
+        body,
         effect: E::NAME,
-        text,
-    });
+        text: format!(
+            "{} does nothing on body {body}: its plugin was not added; add `EffectPlugin::<{}>::default()`",
+            E::NAME,
+            name.unwrap_or_default(),
+        ),
+    }
+}
+
+/// A hook for the component of an effect of one's own, which says so ([`EffectUnfit`], and once in the log)
+/// where the component is added to a body and the [`EffectPlugin`] of the effect is missing:
+/// `#[component(on_add = needs_plugin::<Breeze>)]`. Without it the component does nothing, in silence.
+pub fn needs_plugin<E: Effect>(mut world: DeferredWorld, added: HookContext) {
+    let Some(mut registry) = world.get_resource_mut::<EffectRegistry>() else {
+        return;
+    };
+    if registry.get(E::NAME).is_some() {
+        return;
+    }
+    let unfit = without_plugin::<E>(added.entity);
+    if registry.missing.insert(E::NAME) {
+        log::warn!("{}", unfit.text);
+    }
+    world.write_message(unfit);
 }
 
 /// Called when an entity that carries effects becomes a body, or gets another mesh.

@@ -3,7 +3,10 @@
 use crate::support_app::{app, app_of, cubes, done, set, ticks};
 use bevy::{ecs::message::Messages, prelude::*};
 use pliant::{
-    effect::{Collide, EffectPlugins, EffectUnfit, Pressure, Stretch, Volume},
+    effect::{
+        Collide, Effect, EffectPlugin, EffectPlugins, EffectUnfit, Pressure, Stretch, Volume,
+        needs_plugin,
+    },
     simulation::{Action, SimulationPlugin, SimulationSettings, SoftBody},
     solver::{Deformation, Grab, ParticleIndex, SurfacePoint, VertexIndex},
 };
@@ -199,5 +202,37 @@ fn an_effect_without_its_plugin_says_so() {
     assert_eq!(all.len(), 1, "{all:?}");
     for word in ["volume", "EffectPlugin::<Volume>::default()"] {
         assert!(all[0].contains(word), "{}", all[0]);
+    }
+}
+
+/// An effect of an app, whose component asks for its plugin.
+#[derive(Component, Clone, Default)]
+#[component(on_add = needs_plugin::<Breeze>)]
+struct Breeze;
+
+impl Effect for Breeze {
+    const NAME: &'static str = "breeze";
+    const TITLE: &'static str = "Breeze";
+    const SUMMARY: &'static str = "Does nothing.";
+    type State = ();
+}
+
+#[test]
+fn an_effect_of_an_app_without_its_plugin_says_so() {
+    for has_plugin in [false, true] {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, pliant::SoftBodyPlugins::default()));
+        if has_plugin {
+            app.add_plugins(EffectPlugin::<Breeze>::default());
+        }
+        let cube = SoftBody::cuboid(Vec3::ONE, UVec3::ONE).build();
+        let body = app.world_mut().spawn((cube, Breeze)).id();
+        let mut messages = app.world_mut().resource_mut::<Messages<EffectUnfit>>();
+        let all: Vec<EffectUnfit> = messages.drain().collect();
+        assert_eq!(all.len(), usize::from(!has_plugin), "{all:?}");
+        for message in all {
+            assert_eq!((message.body, message.effect), (body, "breeze"));
+            assert!(message.text.contains("EffectPlugin::<Breeze>::default()"));
+        }
     }
 }
