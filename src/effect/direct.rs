@@ -132,7 +132,7 @@ mod tests {
             substeps: 10,
             error: 0.5,
             needed: Some(71),
-            ratio: Some(3.14),
+            ratio: Some(3.123),
         };
         assert_eq!(
             explained(&choice),
