@@ -44,7 +44,10 @@ impl Effect for Direct {
         }
         let workspace = &body.get::<BodyDirectWorkspace>()?.0;
         let fallback = workspace.status().explanation().map(str::to_owned);
-        let chosen = workspace.choice().map(|choice| explained(&choice));
+        let tolerance = f64::from(self.tolerance.get());
+        let choice = workspace.choice();
+        let choice = choice.filter(|choice| choice.tolerance == tolerance);
+        let chosen = choice.map(|choice| explained(&choice));
         match (chosen, fallback) {
             (Some(chosen), Some(fallback)) => Some(format!("{chosen} {fallback}")),
             (chosen, fallback) => chosen.or(fallback),
@@ -99,10 +102,9 @@ fn in_words(error: f64) -> String {
 
 /// A positive number, rounded to two digits.
 fn two_digits(value: f64) -> String {
-    let digits = (1.0 - value.log10().floor()).clamp(-300.0, 20.0);
-    let unit = 10_f64.powf(-digits);
-    let rounded = (value / unit).round() * unit;
-    format!("{rounded:.*}", digits.max(0.0) as usize)
+    let rounded = format!("{value:.1e}").parse().unwrap_or(value);
+    let digits = 1.0 - f64::log10(rounded).floor();
+    format!("{rounded:.*}", digits.clamp(0.0, 20.0) as usize)
 }
 
 #[cfg(test)]
@@ -116,6 +118,7 @@ mod tests {
             (0.000_004_2, "0.00042 % too soft"),
             (0.001_234, "0.12 % too soft"),
             (0.0567, "5.7 % too soft"),
+            (0.0996, "10 % too soft"),
             (0.456, "46 % too soft"),
             (1.0, "2.0 times too soft"),
             (14_303.0, "14000 times too soft"),
@@ -128,7 +131,7 @@ mod tests {
     fn the_choice_is_explained_with_its_figures() {
         let mut choice = Choice {
             is_direct: true,
-            tolerance: 0.01,
+            tolerance: 0.01_f32.into(),
             substeps: 10,
             error: 0.5,
             needed: Some(71),

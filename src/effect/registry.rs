@@ -444,7 +444,7 @@ fn without_plugin<E: Effect>(body: Entity) -> EffectUnfit {
 }
 
 /// A hook for the component of an effect of one's own, which says so ([`EffectUnfit`], and once in the log)
-/// where the component is added to a body and the [`EffectPlugin`] of the effect is missing:
+/// where the component is added to an entity and the [`EffectPlugin`] of the effect is missing:
 /// `#[component(on_add = needs_plugin::<Breeze>)]`. Without it the component does nothing, in silence.
 pub fn needs_plugin<E: Effect>(mut world: DeferredWorld, added: HookContext) {
     let Some(mut registry) = world.get_resource_mut::<EffectRegistry>() else {

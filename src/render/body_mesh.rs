@@ -65,6 +65,8 @@ struct Triangle {
     number: u32,
     /// For each of its vertices, the corner of that triangle.
     corners: [u8; 3],
+    /// Whether another one is its front.
+    is_back: bool,
 }
 
 impl BodyMesh {
@@ -78,9 +80,7 @@ impl BodyMesh {
     ) -> Self {
         let numbers = (0..).zip(triangles);
         let known: BTreeMap<_, u32> = numbers.map(|(number, t)| (sorted(*t), number)).collect();
-        // Whether the first triangle of the mesh for a triangle of the body is wound as that one.
-        let mut fronts: BTreeMap<u32, bool> = BTreeMap::new();
-        let mut backs = BTreeSet::new();
+        // With whether it is wound as the triangle of the body.
         let of_mesh = |vertices: &[u32; 3]| {
             let [a, b, c] = vertices.map(|vertex| points.get(vertex as usize).copied().flatten());
             let at = [a?, b?, c?];
@@ -89,40 +89,52 @@ impl BodyMesh {
                 let corners = &triangles[number as usize];
                 corners.iter().position(|&it| it == point).unwrap_or(0) as u8
             };
-            let mut triangle = Triangle {
+            let triangle = Triangle {
                 vertices: *vertices,
                 number,
                 corners: at.map(corner),
+                is_back: false,
             };
             let is_wound_alike = matches!(triangle.corners, [0, 1, 2] | [1, 2, 0] | [2, 0, 1]);
-            let is_back = match fronts.get(&number) {
-                None => {
-                    fronts.insert(number, is_wound_alike);
-                    false
+            Some((triangle, is_wound_alike))
+        };
+        let corners = indices(mesh);
+        let all = corners.as_chunks().0.iter().filter_map(of_mesh);
+        let all: Vec<(Triangle, bool)> = all.collect();
+        let windings: BTreeSet<_> = all.iter().map(|(it, alike)| (it.number, *alike)).collect();
+        let mut drawn = BTreeSet::new();
+        let turned = |(triangle, is_wound_alike): &(Triangle, bool)| {
+            let number = triangle.number;
+            let mut triangle = drawn
+                .insert((number, *is_wound_alike))
+                .then_some(*triangle)?;
+            let has_other = windings.contains(&(number, !is_wound_alike));
+            match (is_wound_alike, has_other) {
+                (true, _) => {}
+                (false, true) => triangle.is_back = true,
+                (false, false) => {
+                    triangle.vertices.swap(1, 2);
+                    triangle.corners.swap(1, 2);
                 }
-                Some(&front) => {
-                    let is_new = front != is_wound_alike && backs.insert(number);
-                    is_new.then_some(true)?
-                }
-            };
-            if is_wound_alike == is_back {
-                triangle.vertices.swap(1, 2);
-                triangle.corners.swap(1, 2);
             }
             Some(triangle)
         };
-        let corners = indices(mesh);
         Self {
-            triangles: corners.as_chunks().0.iter().filter_map(of_mesh).collect(),
+            triangles: all.iter().filter_map(turned).collect(),
             mesh: Arc::new(with_normals(mesh)),
             points: points.into(),
             skin,
         }
     }
 
-    /// The mesh at rest, with normals.
+    /// The mesh at rest.
     #[must_use]
     pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The mesh at rest, shared by copies of the component.
+    pub(super) fn shared(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
@@ -133,8 +145,8 @@ impl BodyMesh {
         &self.points
     }
 
-    /// Its triangles as they are now, with the vertices in the mesh and the points of the body.
-    fn now(&self, body: &Topology, skin: Option<&Skin>) -> Vec<[(u32, u32); 3]> {
+    /// Its triangles as they are now.
+    fn now(&self, body: &Topology, skin: Option<&Skin>) -> Vec<[DrawnVertex; 3]> {
         let left: Option<BTreeSet<_>> =
             skin.map(|skin| skin.triangles.iter().map(|t| sorted(*t)).collect());
         let at = |triangle: &Triangle| {
@@ -151,30 +163,41 @@ impl BodyMesh {
                     triangle.corners.map(|corner| corners[usize::from(corner)])
                 }
             };
-            let [a, b, c] = triangle.vertices;
-            let [p, q, r] = points;
-            Some([(a, p), (b, q), (c, r)])
+            let is_back = triangle.is_back;
+            let corner = |k: usize| (triangle.vertices[k], points[k], is_back);
+            Some([0, 1, 2].map(corner))
         };
         self.triangles.iter().filter_map(at).collect()
     }
 }
 
-/// Adds the skin of a filled body.
+/// A vertex of the mesh, the point of the body that it follows, and whether it is one of a back.
+type DrawnVertex = (u32, u32, bool);
+
+/// Gives a body the skin of its mesh. One that it has torn remains: tears change no weight.
 pub(super) fn add_skin(
     added: On<Insert, BodyMesh>,
-    bodies: Query<(&BodyMesh, Has<BodySkin>)>,
+    bodies: Query<(&BodyMesh, Option<&BodySkin>)>,
     mut commands: Commands,
 ) {
-    if let Ok((mesh, false)) = bodies.get(added.entity)
-        && let Some(skin) = &mesh.skin
-    {
-        commands
-            .entity(added.entity)
-            .insert(BodySkin(Arc::clone(skin)));
+    let Ok((mesh, worn)) = bodies.get(added.entity) else {
+        return;
+    };
+    let weights = |skin: &Skin| skin.anchors.iter().map(|it| it.weights).collect::<Vec<_>>();
+    let mut body = commands.entity(added.entity);
+    match (&mesh.skin, worn) {
+        (Some(skin), Some(worn)) if weights(skin) == weights(&worn.0) => {}
+        (Some(skin), _) => {
+            body.insert(BodySkin(Arc::clone(skin)));
+        }
+        (None, Some(_)) => {
+            body.remove::<BodySkin>();
+        }
+        (None, None) => {}
     }
 }
 
-/// A copy of a mesh with normals, without what deforms it otherwise.
+/// A copy of a mesh without what deforms it otherwise, with normals: zeros if they are to be smooth.
 fn with_normals(mesh: &Mesh) -> Mesh {
     let mut own = Mesh::new(
         PrimitiveTopology::TriangleList,
@@ -184,10 +207,22 @@ fn with_normals(mesh: &Mesh) -> Mesh {
         Mesh::ATTRIBUTE_JOINT_INDEX.id,
         Mesh::ATTRIBUTE_JOINT_WEIGHT.id,
     ];
+    let count = mesh
+        .attribute(Mesh::ATTRIBUTE_POSITION)
+        .map_or(0, VertexAttributeValues::len);
     for (attribute, values) in mesh.attributes() {
-        if !joints.contains(&attribute.id) {
-            own.insert_attribute(*attribute, values.clone());
+        if joints.contains(&attribute.id) {
+            continue;
         }
+        if values.len() != count {
+            log::warn!(
+                "the attribute {} of a mesh is left out: it has {} values for {count} vertices",
+                attribute.name,
+                values.len()
+            );
+            continue;
+        }
+        own.insert_attribute(*attribute, values.clone());
     }
     let is_indexed = mesh.indices().is_some();
     if is_indexed {
@@ -195,7 +230,7 @@ fn with_normals(mesh: &Mesh) -> Mesh {
     }
     if own.attribute(Mesh::ATTRIBUTE_NORMAL).is_none() {
         match is_indexed {
-            true => own.compute_smooth_normals(),
+            true => own.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0_f32; 3]; count]),
             false => own.compute_flat_normals(),
         }
     }
@@ -254,23 +289,22 @@ impl OwnMesh {
             return None;
         }
         let now = own.now(body, skin.map(|skin| &*skin.0));
-        let mut pairs: Vec<(u32, u32)> = now.iter().flatten().copied().collect();
-        pairs.sort_unstable();
-        pairs.dedup();
-        let place = |pair| pairs.binary_search(&pair).unwrap_or_default() as u32;
+        let mut drawn: Vec<DrawnVertex> = now.iter().flatten().copied().collect();
+        drawn.sort_unstable();
+        drawn.dedup();
+        let place = |vertex| drawn.binary_search(&vertex).unwrap_or_default() as u32;
         let triangles: Vec<_> = now.iter().map(|t| t.map(place)).collect();
         // Without shared vertices: one for each index.
         let mut mesh = (*own.mesh).clone();
-        let vertices = pairs.iter().map(|(vertex, _)| *vertex);
+        let vertices = drawn.iter().map(|(vertex, ..)| *vertex);
         mesh.insert_indices(Indices::U32(vertices.collect()));
         mesh.duplicate_vertices();
         mesh.insert_indices(Indices::U32(triangles.as_flattened().to_vec()));
-        let source: Vec<u32> = pairs.iter().map(|(_, point)| *point).collect();
         let given = vectors(&mesh, Mesh::ATTRIBUTE_NORMAL);
-        let (normal, shared) = shared_normals(&source, &given);
+        let (normal, shared) = shared_normals(&drawn, &given);
         let mut form = Self {
             mesh,
-            source,
+            source: drawn.iter().map(|(_, point, _)| *point).collect(),
             normal,
             triangles,
             tangents: Vec::new(),
@@ -356,15 +390,17 @@ impl OwnMesh {
             }
         }
         let tangents = towards.into_iter().zip(given).enumerate();
+        let given_normals = vectors(&self.mesh, Mesh::ATTRIBUTE_NORMAL);
         let tangent = |(v, (towards, &given)): (usize, (u32, &[f32; 4]))| {
             let normal = Vec3::from(normals[v]);
+            let is_turned = given_normals.get(v).is_some_and(|it| it.dot(normal) < 0.0);
             let along = in_plane(positions[towards as usize] - positions[v], normal);
             let given = Vec4::from_array(given);
             let flat = in_plane(given.truncate(), normal);
             Tangent {
                 towards,
                 turn: Vec2::new(flat.dot(along), flat.dot(normal.cross(along))),
-                sign: given.w,
+                sign: if is_turned { -given.w } else { given.w },
             }
         };
         tangents.map(tangent).collect()
@@ -378,16 +414,16 @@ fn in_plane(vector: Vec3, normal: Vec3) -> Vec3 {
 }
 
 /// For each drawn vertex, the normal that it shares with others at its point, and their number.
-fn shared_normals(source: &[u32], normals: &[Vec3]) -> (Vec<u32>, usize) {
-    let mut at_point: BTreeMap<u32, Vec<(Option<Vec3>, u32)>> = BTreeMap::new();
+fn shared_normals(drawn: &[DrawnVertex], normals: &[Vec3]) -> (Vec<u32>, usize) {
+    let mut known: BTreeMap<(u32, bool), Vec<(Option<Vec3>, u32)>> = BTreeMap::new();
     let mut count = 0;
     let same = SAME_NORMAL.cos();
-    let place = |(v, &point): (usize, &u32)| {
-        let normal = normals.get(v).copied();
-        let known = at_point.entry(point).or_default();
+    let place = |(v, &(_, point, is_back)): (usize, &DrawnVertex)| {
+        let normal = normals.get(v).and_then(|normal| normal.try_normalize());
+        let known = known.entry((point, is_back)).or_default();
         let is_same = |(other, _): &&(Option<Vec3>, u32)| match (*other, normal) {
             (Some(other), Some(normal)) => other.dot(normal) >= same,
-            _ => true,
+            (other, normal) => other.is_none() && normal.is_none(),
         };
         if let Some((_, shared)) = known.iter().find(is_same) {
             return *shared;
@@ -396,7 +432,7 @@ fn shared_normals(source: &[u32], normals: &[Vec3]) -> (Vec<u32>, usize) {
         known.push((normal, count - 1));
         count - 1
     };
-    let shared: Vec<u32> = source.iter().enumerate().map(place).collect();
+    let shared: Vec<u32> = drawn.iter().enumerate().map(place).collect();
     (shared, count as usize)
 }
 
@@ -481,6 +517,17 @@ mod tests {
             }
             // Weighted by areas of triangles of 15°.
             assert!(normal.dot(*a) > 0.99, "{normal} at {a}");
+        }
+    }
+
+    #[test]
+    fn a_mesh_without_normals_gets_smooth_ones_across_its_seams() {
+        let mut sphere = Sphere::new(0.01).mesh().uv(24, 12);
+        sphere.remove_attribute(Mesh::ATTRIBUTE_NORMAL);
+        let seen = drawn(&sphere, |x| x);
+        let normals = vectors(&seen, Mesh::ATTRIBUTE_NORMAL);
+        for (normal, x) in normals.iter().zip(vectors(&seen, Mesh::ATTRIBUTE_POSITION)) {
+            assert!(normal.dot(x.normalize()) > 0.99, "{normal} at {x}");
         }
     }
 
@@ -587,8 +634,18 @@ mod tests {
     fn both_sides_of_a_cloth_are_drawn_once_and_nothing_else_deforms_it() {
         let [front, back] = [[[0, 1, 2], [0, 2, 3]], [[0, 2, 1], [0, 3, 2]]];
         let all = [front, back, front].concat();
-        let seen = drawn(&square(&all), |x| x);
+        let seen = drawn(&square(&all), |x| Vec3::new(x.x, x.x * x.z, x.z));
         assert_eq!(indices(&seen).len(), 3 * 4);
+        // Each side has its own normals, opposite to those of the other, up to rounding.
+        let normals = vectors(&seen, Mesh::ATTRIBUTE_NORMAL);
+        let at = vectors(&seen, Mesh::ATTRIBUTE_POSITION);
+        assert_eq!(at.len(), 8);
+        for (a, normal) in at.iter().zip(&normals) {
+            let others = at.iter().zip(&normals).filter(|(b, _)| *b == a);
+            let opposite = others.filter(|(_, other)| other.dot(*normal) < -0.999);
+            assert_eq!(opposite.count(), 1, "{normal} at {a}");
+            assert!(normal.y.abs() > 0.5);
+        }
         assert!(!seen.contains_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT));
         assert!(seen.contains_attribute(Mesh::ATTRIBUTE_NORMAL));
         assert_eq!(seen.asset_usage, RenderAssetUsages::default());

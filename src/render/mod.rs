@@ -39,6 +39,7 @@ pub use gizmos::{SoftBodyGizmos, SoftBodyGizmosPlugin};
 pub use ray_cast::{SoftBodyPickingPlugin, SoftBodyRayCast};
 
 use crate::{
+    mesh::Skin,
     scene::BodySkin,
     simulation::{Asleep, SimulationClock, SoftBody, SoftBodySystems, TickStart},
     solver::{Particles, Rod, Topology, TopologyId, topology::Dimension},
@@ -71,7 +72,6 @@ impl Plugin for SoftBodyMeshPlugin {
         app.add_systems(
             PostUpdate,
             (
-                undress,
                 make,
                 redraw,
                 interpolate,
@@ -102,20 +102,10 @@ struct Shown {
     asleep: bool,
     /// The topology.
     topology: Option<TopologyId>,
-}
-
-/// Draws bodies anew that have lost their skin or the mesh of the app.
-fn undress(
-    mut commands: Commands,
-    mut meshes: RemovedComponents<BodyMesh>,
-    mut skins: RemovedComponents<BodySkin>,
-    bodies: Query<(), With<Drawn>>,
-) {
-    for body in meshes.read().chain(skins.read()) {
-        if bodies.contains(body) {
-            commands.entity(body).remove::<Drawn>();
-        }
-    }
+    /// The skin.
+    skin: Option<Arc<Skin>>,
+    /// The mesh of the app.
+    mesh: Option<Arc<Mesh>>,
 }
 
 /// Adds a mesh to new bodies.
@@ -137,58 +127,61 @@ fn make(
         let outline = Arc::new(outline(&body.0, skin, rod, own));
         commands.entity(entity).insert((
             Mesh3d(meshes.add(outline.mesh())),
-            (Drawn::new(outline), Shown::of(body)),
+            (Drawn::new(outline), Shown::of(body, skin, own)),
             (Aabb::default(), NoAutoAabb),
         ));
     }
 }
 
-/// Draws a rod with its new radius, a body with another mesh of the app or another skin, and one with
-/// another topology, such as a torn one.
+/// Draws a rod with its new radius, and bodies that have another topology, such as torn ones, another
+/// skin, or another mesh of the app.
 fn redraw(
-    mut changed: Query<
-        (
-            Ref<SoftBody>,
-            Option<Ref<BodySkin>>,
-            Option<Ref<Rod>>,
-            Option<Ref<BodyMesh>>,
-            (&mut Drawn, &mut Shown, &Mesh3d),
-        ),
-        Or<(
-            Changed<Rod>,
-            Changed<SoftBody>,
-            Changed<BodySkin>,
-            Changed<BodyMesh>,
-        )>,
-    >,
+    mut bodies: Query<(
+        &SoftBody,
+        Option<&BodySkin>,
+        Option<Ref<Rod>>,
+        Option<&BodyMesh>,
+        (&mut Drawn, &mut Shown, &Mesh3d),
+    )>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (body, skin, rod, own, (mut drawn, mut shown, mesh)) in &mut changed {
-        let is_thicker = rod.as_ref().is_some_and(|rod| rod.is_changed());
-        let is_other = own.as_ref().is_some_and(|own| own.is_changed());
-        let has_other_skin = skin.as_ref().is_some_and(|skin| skin.is_changed());
-        let is_changed = is_thicker || is_other || has_other_skin;
-        if drawn.is_added() || !is_changed && shown.topology == Some(body.id()) {
+    for (body, skin, rod, own, (mut drawn, mut shown, mesh)) in &mut bodies {
+        let is_thicker = rod.as_ref().is_some_and(|rod| rod.is_changed()) && !drawn.is_added();
+        if !is_thicker && shown.shows(body, skin, own) {
             continue;
         }
-        let (skin, rod, own) = (skin.as_deref(), rod.as_deref(), own.as_deref());
-        let outline = Arc::new(outline(&body.0, skin, rod, own));
+        let outline = Arc::new(outline(&body.0, skin, rod.as_deref(), own));
         // The same asset, which others may refer to.
         let new = outline.mesh();
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
             *mesh = new;
         }
         *drawn = Drawn::new(outline);
-        *shown = Shown::of(&body);
+        *shown = Shown::of(body, skin, own);
     }
 }
 
 impl Shown {
-    fn of(body: &SoftBody) -> Self {
+    fn of(body: &SoftBody, skin: Option<&BodySkin>, own: Option<&BodyMesh>) -> Self {
         Self {
             topology: Some(body.id()),
+            skin: skin.map(|skin| Arc::clone(&skin.0)),
+            mesh: own.map(|own| Arc::clone(own.shared())),
             ..Self::default()
         }
+    }
+
+    /// Whether it is of this topology, skin and mesh.
+    fn shows(&self, body: &SoftBody, skin: Option<&BodySkin>, own: Option<&BodyMesh>) -> bool {
+        let same_skin = match (&self.skin, skin) {
+            (Some(shown), Some(now)) => Arc::ptr_eq(shown, &now.0),
+            (shown, now) => shown.is_none() && now.is_none(),
+        };
+        let same_mesh = match (&self.mesh, own) {
+            (Some(shown), Some(now)) => Arc::ptr_eq(shown, now.shared()),
+            (shown, now) => shown.is_none() && now.is_none(),
+        };
+        same_skin && same_mesh && self.topology == Some(body.id())
     }
 }
 
@@ -278,11 +271,7 @@ fn interpolate(
                 let sum: Vec3 = drawn.particles.iter().map(|x| x.truncate()).sum();
                 drawn.origin = sum / drawn.particles.len().max(1) as f32;
             }
-            *shown = Shown {
-                fraction: Some(fraction),
-                asleep,
-                ..*shown
-            };
+            (shown.fraction, shown.asleep) = (Some(fraction), asleep);
         },
     );
 }

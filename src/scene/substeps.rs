@@ -103,11 +103,7 @@ fn softness(body: &Body, settings: &Settings, substeps: u32) -> String {
     };
     let excess = excess(body, stretch, settings, substeps);
     let is_known = excess.is_finite() && excess > CLOSE - 1.0;
-    let is_direct = body
-        .effects
-        .direct
-        .is_some_and(|it| it.tolerance.get() == 0.0);
-    if !is_known || is_direct || settings.iterations.get() > 1 {
+    if !is_known || settings.iterations.get() > 1 || is_direct(body, settings) {
         return String::new();
     }
     format!(
@@ -115,6 +111,13 @@ fn softness(body: &Body, settings: &Settings, substeps: u32) -> String {
          compliance)",
         1.0 + excess
     )
+}
+
+/// Whether the next tick solves a body directly.
+fn is_direct(body: &Body, settings: &Settings) -> bool {
+    let mut body = body.clone();
+    body.choose_solver(settings);
+    body.effects.is_direct(settings.method)
 }
 
 /// Estimated excess of the effective over the requested compliance of the edges, relative to it;

@@ -146,7 +146,7 @@ fn a_body_that_is_too_large_is_solved_by_gauss_seidel_to_the_same_bits() {
     assert_eq!(a, b);
 }
 
-/// Ten direct substeps take longer than the substeps that Gauss–Seidel needs; one takes less.
+/// Sixty direct substeps take longer than the substeps that Gauss–Seidel needs; one takes less.
 #[test]
 fn the_direct_solver_is_not_used_where_it_takes_longer_than_the_substeps_it_replaces() {
     let slow = choice(&after(bar(2e-4, 60, auto(0.01)), 1));

@@ -241,6 +241,15 @@ fn inverted(world: &World, body: EntityRef) -> usize {
     })
 }
 
+/// The note of an effect on several bodies: that of the first one, and whether others differ.
+fn note_of(mut notes: impl Iterator<Item = String>) -> Option<String> {
+    let first = notes.next()?;
+    Some(match notes.any(|other| other != first) {
+        true => format!("{first} Other bodies differ."),
+        false => first,
+    })
+}
+
 /// The drawn color of a body, sRGB; black before it is first drawn.
 fn color(world: &World, body: &EntityRef) -> [u8; 3] {
     let materials = world.get_resource::<Assets<SkinMaterial>>();
@@ -286,9 +295,11 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
             .filter_map(|body| (info.elements)(&world.entity(*body)))
             .sum(),
         fraction: None,
-        note: carriers
-            .iter()
-            .find_map(|body| (info.note)(&world.entity(*body), settings)),
+        note: note_of(
+            carriers
+                .iter()
+                .filter_map(|body| (info.note)(&world.entity(*body), settings)),
+        ),
         effective: None,
         overpressure: None,
         done: None,

@@ -193,8 +193,8 @@ impl Visit for Sums<'_> {
             });
             let mut rows = effect.linear_rows(self.topology, index, points);
             if rows.iter().all(|row| Self::mobility(row, &points) == 0.0) {
-                // A flat hinge has no direction at rest.
-                points[0].x += DVec3::splat(NUDGE * f64::from(self.topology.size));
+                // A flat hinge has no direction at rest. The weight of its last corner is never zero.
+                points[N - 1].x += DVec3::splat(NUDGE * f64::from(self.topology.size));
                 rows = effect.linear_rows(self.topology, index, points);
             }
             for row in rows {
@@ -253,6 +253,9 @@ impl DirectWorkspace {
         settings: &Settings,
     ) {
         let Some(direct) = &mut effects.direct else {
+            if let Some(workspace) = &mut self.0 {
+                (workspace.chosen, workspace.status) = (None, Status::Nothing);
+            }
             return;
         };
         let tolerance = f64::from(direct.tolerance.get());
