@@ -391,9 +391,9 @@ pub fn fnv1a(bytes: &[u8]) -> u64 {
     fnv1a_on(FNV_START, bytes)
 }
 
-const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
+pub(crate) const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
 
-fn fnv1a_on(hash: u64, bytes: &[u8]) -> u64 {
+pub(crate) fn fnv1a_on(hash: u64, bytes: &[u8]) -> u64 {
     bytes.iter().fold(hash, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
     })

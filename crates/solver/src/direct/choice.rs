@@ -26,8 +26,10 @@
 use super::{DirectWorkspace, Status, Workspace, unfit_effects, work};
 use crate::{
     Effects, ElasticKind, Settings, Topology, TopologyId,
+    effective::MAX_SUBSTEPS,
     elastic::{Elastic, Point, Row, Visit},
     history::STEP_FRACTION,
+    measure::{FNV_START, fnv1a_on},
     particles::Particles,
 };
 use glam::DVec3;
@@ -41,8 +43,6 @@ const GAUSS_SEIDEL: [f64; 2] = [4.5, 14.0];
 const ASSEMBLY: [f64; 2] = [200.0, 400.0];
 /// Nanoseconds per multiplication of a factorization.
 const FACTORIZATION: f64 = 0.26;
-/// Most substeps with which Gauss–Seidel is compared.
-const MAX_SUBSTEPS: u32 = 1000;
 /// Displacement that gives an equation a gradient which has none at rest, as a fraction of the body.
 const NUDGE: f64 = 1e-3;
 
@@ -338,9 +338,9 @@ impl Workspace {
     }
 }
 
-/// A hash of numbers in their order (FNV-1a).
+/// A hash of numbers in their order.
 fn hash_of(numbers: impl Iterator<Item = f32>) -> u64 {
-    numbers.fold(0xcbf2_9ce4_8422_2325, |hash, number| {
-        (hash ^ u64::from(number.to_bits())).wrapping_mul(0x0100_0000_01b3)
+    numbers.fold(FNV_START, |hash, number| {
+        fnv1a_on(hash, &number.to_bits().to_le_bytes())
     })
 }
