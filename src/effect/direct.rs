@@ -79,7 +79,7 @@ fn explained(choice: &Choice) -> String {
             "Auto: Gauss–Seidel, as it cannot be solved directly. It is expected to leave it {expected}, and {needs}."
         ),
         Some(ratio) if choice.is_direct => format!(
-            "Auto: solved directly. Gauss–Seidel is expected to leave it {expected}, and {needs}: {} times the time.",
+            "Auto: solved directly. Gauss–Seidel is expected to leave it {expected}, and {needs}, which would take {} times as long.",
             two_digits(ratio)
         ),
         Some(ratio) => format!(
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(
             explained(&choice),
             "Auto: solved directly. Gauss–Seidel is expected to leave it 50 % too soft at 10 substeps, and to need 71 for \
-             1.0 %: 3.1 times the time."
+             1.0 %, which would take 3.1 times as long."
         );
         (choice.is_direct, choice.ratio) = (false, Some(0.5));
         assert!(explained(&choice).ends_with("would take 2.0 times as long as these."));
