@@ -1,6 +1,28 @@
-//! The drawn form of grains: a sphere of triangles around each point.
+//! The drawn form of grains: a sphere of triangles around each point, placed by the processor, or by the
+//! graphics card in [`GrainBuffer`].
 
-use bevy::{math::primitives::Sphere, mesh::VertexAttributeValues, prelude::*};
+use bevy::{
+    math::primitives::Sphere, mesh::VertexAttributeValues, prelude::*,
+    render::storage::ShaderBuffer,
+};
+
+/// A body of grains that the graphics card draws at the places in this buffer: one `vec4<f32>` for
+/// each grain, its center in `xyz` relative to the transform of the body and its radius in `w` [m].
+///
+/// Without it, the spheres are written into the mesh in every frame, for any material. With it, the
+/// mesh never changes: 16 bytes per grain are written instead of 500 to 1900. It requires a material whose
+/// vertex shader reads the buffer. Positions of the mesh are those of a unit sphere around the origin, and
+/// `uv.x` is the number of the grain.
+#[derive(Component, Debug, Clone, PartialEq, Eq)]
+pub struct GrainBuffer(pub Handle<ShaderBuffer>);
+
+impl GrainBuffer {
+    /// A buffer for a number of grains, without any until the body is drawn.
+    #[must_use]
+    pub fn new(grains: usize, buffers: &mut Assets<ShaderBuffer>) -> Self {
+        Self(buffers.add(vec![Vec4::ZERO; grains.max(1)]))
+    }
+}
 
 /// Bodies with at most this number of grains have spheres of 80 triangles; others of 20.
 const FINE: usize = 4000;
@@ -53,6 +75,19 @@ impl Balls {
             triangles.map(move |triangle| triangle.map(|vertex| point * each + vertex))
         };
         points.flat_map(of_point).collect()
+    }
+
+    /// Positions [unit sphere] and grain numbers of the drawn vertices of a mesh for a [`GrainBuffer`].
+    #[must_use]
+    pub fn unplaced(&self) -> (Vec<[f32; 3]>, Vec<[f32; 2]>) {
+        let numbers = 0..self.radii.len() as u32;
+        // Exact below 2²⁴ grains.
+        let vertices = numbers.flat_map(|grain| {
+            let of_grain = [grain as f32, 0.0];
+            let directions = self.directions.iter();
+            directions.map(move |direction| (direction.to_array(), of_grain))
+        });
+        vertices.unzip()
     }
 
     /// Writes positions and normals of the drawn vertices for the given points.

@@ -91,6 +91,24 @@ impl Outline {
         }
     }
 
+    /// A mesh of unit spheres for a [`GrainBuffer`](super::GrainBuffer); `None` if it has no grains.
+    #[must_use]
+    pub(super) fn mesh_of_unplaced_grains(&self) -> Option<Mesh> {
+        let Form::Balls(balls) = &self.form else {
+            return None;
+        };
+        let (positions, grains) = balls.unplaced();
+        let mesh = Mesh::new(
+            PrimitiveTopology::TriangleList,
+            RenderAssetUsages::default(),
+        )
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, positions.clone())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, grains)
+        .with_inserted_indices(Indices::U32(balls.triangles().into_flattened()));
+        Some(mesh)
+    }
+
     /// A mesh with space for the drawn vertices, at the origin, or at rest for a mesh of the app.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
@@ -166,6 +184,8 @@ pub struct Drawn {
     pub high: Vec3,
     /// Origin of its mesh [m]: the mean of the particles of a body whose `Transform` follows it, else 0.
     pub origin: Vec3,
+    /// Whether the graphics card places its grains.
+    buffered: bool,
     /// Drawn vertices, reused from frame to frame to avoid allocations.
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -183,6 +203,15 @@ impl Drawn {
         }
     }
 
+    /// A body of grains that the graphics card places, see [`GrainBuffer`](super::GrainBuffer).
+    #[must_use]
+    pub(super) fn buffered(outline: Arc<Outline>) -> Self {
+        Self {
+            buffered: true,
+            ..Self::new(outline)
+        }
+    }
+
     /// Center of the bounding box [m].
     #[must_use]
     pub fn center(&self) -> Vec3 {
@@ -196,6 +225,9 @@ impl Drawn {
             |(low, high), &point| (low.min(point), high.max(point)),
         );
         (self.low, self.high) = (low - self.outline.radius, high + self.outline.radius);
+        if self.buffered {
+            return;
+        }
         let count = match &self.outline.form {
             Form::Surface(surface) => surface.source.len(),
             Form::Own(own) => own.source.len(),
@@ -208,9 +240,21 @@ impl Drawn {
         self.outline.draw(&self.points, into, &mut self.sums);
     }
 
-    /// Copies positions, from its origin, and normals into a mesh of [`Outline::mesh`], and returns its
-    /// bounds.
-    pub fn write(&self, mesh: &mut Mesh) -> Aabb {
+    /// Bounds of its mesh, from its origin [m].
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        Aabb::from_min_max(self.low - self.origin, self.high - self.origin)
+    }
+
+    /// Centers from its origin, and radii, of grains that the graphics card places [m].
+    pub(super) fn places(&self) -> Option<Vec<Vec4>> {
+        let balls = self.points.iter().zip(&self.outline.radii);
+        let place = |(&center, &radius): (&Vec3, &f32)| (center - self.origin).extend(radius);
+        self.buffered.then(|| balls.map(place).collect())
+    }
+
+    /// Copies positions, from its origin, and normals into a mesh of [`Outline::mesh`].
+    pub fn write(&self, mesh: &mut Mesh) {
         for (attribute, values) in [
             (Mesh::ATTRIBUTE_POSITION, &self.positions),
             (Mesh::ATTRIBUTE_NORMAL, &self.normals),
@@ -230,6 +274,5 @@ impl Drawn {
                 *position = (Vec3::from(*position) - self.origin).into();
             }
         }
-        Aabb::from_min_max(self.low - self.origin, self.high - self.origin)
     }
 }

@@ -3,8 +3,7 @@
 use super::{BodyMesh, body_mesh::indices};
 use crate::{
     mesh::{BuildOptions, FileMesh, MeshError, Skin, SurfaceMesh, Treatment, build},
-    scene::BodySkin,
-    simulation::{SoftBody, SoftBodyBuilder},
+    simulation::{BodySkin, SoftBody, SoftBodyBuilder},
 };
 use bevy::{
     math::DVec3,

@@ -12,7 +12,8 @@
 //! Every [`SoftBody`] gets a [`Mesh3d`]; give it a material (`MeshMaterial3d`) to see it. Each
 //! frame its surface is interpolated between the last two ticks and written into the mesh with its
 //! normals. A body that has not moved since the last frame costs nothing. [`BodyMesh`] draws a body with
-//! a mesh of the app instead, with its texture coordinates.
+//! a mesh of the app instead, with its texture coordinates; [`GrainBuffer`] lets the graphics card place
+//! grains, for materials that read it.
 //!
 //! A body that is spawned with a [`Transform`] starts there, turned and moved, also as a child of
 //! another entity. Afterwards its transform follows the mean of its particles, without turning, so
@@ -22,7 +23,7 @@
 mod attach;
 mod balls;
 mod body_mesh;
-pub mod drawn;
+mod drawn;
 mod follow;
 mod from_mesh;
 pub mod gizmos;
@@ -32,6 +33,7 @@ mod surface;
 mod tube;
 
 pub use attach::AttachTo;
+pub use balls::GrainBuffer;
 pub use body_mesh::BodyMesh;
 pub use drawn::{Drawn, Outline};
 pub use follow::FollowTransform;
@@ -40,8 +42,7 @@ pub use ray_cast::{SoftBodyPickingPlugin, SoftBodyRayCast};
 
 use crate::{
     mesh::Skin,
-    scene::BodySkin,
-    simulation::{Asleep, SimulationClock, SoftBody, SoftBodySystems, TickStart},
+    simulation::{Asleep, BodySkin, SimulationClock, SoftBody, SoftBodySystems, TickStart},
     solver::{Particles, Rod, Topology, TopologyId, topology::Dimension},
 };
 use bevy::{
@@ -50,6 +51,7 @@ use bevy::{
         visibility::{NoAutoAabb, VisibilitySystems},
     },
     prelude::*,
+    render::storage::ShaderBuffer,
 };
 use body_mesh::OwnMesh;
 use placement::HasTransform;
@@ -106,6 +108,8 @@ struct Shown {
     skin: Option<Arc<Skin>>,
     /// The mesh of the app.
     mesh: Option<Arc<Mesh>>,
+    /// The buffer of the places of grains.
+    buffer: Option<GrainBuffer>,
 }
 
 /// Adds a mesh to new bodies.
@@ -117,19 +121,32 @@ fn make(
             &SoftBody,
             Option<&BodySkin>,
             Option<&Rod>,
-            Option<&BodyMesh>,
+            (Option<&BodyMesh>, Option<&GrainBuffer>),
         ),
         Without<Drawn>,
     >,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (entity, body, skin, rod, own) in &new {
-        let outline = Arc::new(outline(&body.0, skin, rod, own));
+    for (entity, body, skin, rod, (own, buffer)) in &new {
+        let (drawn, mesh) = drawn(outline(&body.0, skin, rod, own), buffer);
         commands.entity(entity).insert((
-            Mesh3d(meshes.add(outline.mesh())),
-            (Drawn::new(outline), Shown::of(body, skin, own)),
+            Mesh3d(meshes.add(mesh)),
+            (drawn, Shown::of(body, skin, own, buffer)),
             (Aabb::default(), NoAutoAabb),
         ));
+    }
+}
+
+/// A body with this outline that is not placed yet, and its mesh.
+fn drawn(outline: Outline, buffer: Option<&GrainBuffer>) -> (Drawn, Mesh) {
+    let outline = Arc::new(outline);
+    let unplaced = buffer.and_then(|_| outline.mesh_of_unplaced_grains());
+    match unplaced {
+        Some(mesh) => (Drawn::buffered(outline), mesh),
+        None => {
+            let mesh = outline.mesh();
+            (Drawn::new(outline), mesh)
+        }
     }
 }
 
@@ -140,39 +157,51 @@ fn redraw(
         &SoftBody,
         Option<&BodySkin>,
         Option<Ref<Rod>>,
-        Option<&BodyMesh>,
+        (Option<&BodyMesh>, Option<&GrainBuffer>),
         (&mut Drawn, &mut Shown, &Mesh3d),
     )>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (body, skin, rod, own, (mut drawn, mut shown, mesh)) in &mut bodies {
+    for (body, skin, rod, (own, buffer), (mut drawn, mut shown, mesh)) in &mut bodies {
         let is_thicker = rod.as_ref().is_some_and(|rod| rod.is_changed()) && !drawn.is_added();
-        if !is_thicker && shown.shows(body, skin, own) {
+        if !is_thicker && shown.shows(body, skin, own, buffer) {
             continue;
         }
-        let outline = Arc::new(outline(&body.0, skin, rod.as_deref(), own));
+        let outline = outline(&body.0, skin, rod.as_deref(), own);
+        let (new, new_mesh) = self::drawn(outline, buffer);
         // The same asset, which others may refer to.
-        let new = outline.mesh();
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
-            *mesh = new;
+            *mesh = new_mesh;
         }
-        *drawn = Drawn::new(outline);
-        *shown = Shown::of(body, skin, own);
+        *drawn = new;
+        *shown = Shown::of(body, skin, own, buffer);
     }
 }
 
 impl Shown {
-    fn of(body: &SoftBody, skin: Option<&BodySkin>, own: Option<&BodyMesh>) -> Self {
+    fn of(
+        body: &SoftBody,
+        skin: Option<&BodySkin>,
+        own: Option<&BodyMesh>,
+        buffer: Option<&GrainBuffer>,
+    ) -> Self {
         Self {
             topology: Some(body.id()),
             skin: skin.map(|skin| Arc::clone(&skin.0)),
             mesh: own.map(|own| Arc::clone(own.shared())),
+            buffer: buffer.cloned(),
             ..Self::default()
         }
     }
 
-    /// Whether it is of this topology, skin and mesh.
-    fn shows(&self, body: &SoftBody, skin: Option<&BodySkin>, own: Option<&BodyMesh>) -> bool {
+    /// Whether it is of this topology, skin, mesh and buffer.
+    fn shows(
+        &self,
+        body: &SoftBody,
+        skin: Option<&BodySkin>,
+        own: Option<&BodyMesh>,
+        buffer: Option<&GrainBuffer>,
+    ) -> bool {
         let same_skin = match (&self.skin, skin) {
             (Some(shown), Some(now)) => Arc::ptr_eq(shown, &now.0),
             (shown, now) => shown.is_none() && now.is_none(),
@@ -181,7 +210,8 @@ impl Shown {
             (Some(shown), Some(now)) => Arc::ptr_eq(shown, now.shared()),
             (shown, now) => shown.is_none() && now.is_none(),
         };
-        same_skin && same_mesh && self.topology == Some(body.id())
+        let same_buffer = self.buffer.as_ref() == buffer;
+        same_skin && same_mesh && same_buffer && self.topology == Some(body.id())
     }
 }
 
@@ -301,15 +331,26 @@ pub fn place(
     drawn.refresh();
 }
 
-/// Copies the interpolated surfaces into the meshes.
+/// Copies the interpolated surfaces into the meshes, and the places of grains into their buffers.
 fn upload(
-    mut bodies: Query<(&Drawn, &Mesh3d, &mut Aabb), Changed<Drawn>>,
+    mut bodies: Query<(&Drawn, &Mesh3d, Option<&GrainBuffer>, &mut Aabb), Changed<Drawn>>,
     mut meshes: ResMut<Assets<Mesh>>,
+    mut buffers: Option<ResMut<Assets<ShaderBuffer>>>,
 ) {
-    for (drawn, mesh, mut bounds) in &mut bodies {
-        if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
-            *bounds = drawn.write(&mut mesh);
+    for (drawn, mesh, buffer, mut bounds) in &mut bodies {
+        if let Some(places) = drawn.places() {
+            if let Some(GrainBuffer(buffer)) = buffer
+                && let Some(buffers) = &mut buffers
+                && let Some(mut buffer) = buffers.get_mut(buffer)
+            {
+                buffer.set_data(places);
+            }
+        } else if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
+            drawn.write(&mut mesh);
+        } else {
+            continue;
         }
+        *bounds = drawn.bounds();
     }
 }
 

@@ -3,9 +3,8 @@
 
 use super::Drawn;
 use crate::{
-    scene::BodySkin,
     simulation::{
-        SoftBody, SoftBodyHit,
+        BodySkin, SoftBody, SoftBodyHit,
         query::hit::{Hit, meets_box, on_balls, on_segments, on_triangles},
     },
     solver::{ParticleIndex, SurfacePoint, numbering::Numbering},

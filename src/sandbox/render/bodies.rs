@@ -8,7 +8,7 @@ use crate::sandbox::{
     state::{look::HiddenBody, view::Hovered},
 };
 use crate::{
-    render::{Drawn, MeshSystems, SoftBodyMeshPlugin},
+    render::{Drawn, GrainBuffer, MeshSystems, SoftBodyMeshPlugin},
     scene::{Look, copy_look},
     simulation::{SoftBody, SoftBodySystems},
     solver::topology::Dimension,
@@ -16,6 +16,7 @@ use crate::{
 use bevy::{
     camera::visibility::{RenderLayers, VisibilitySystems::CheckVisibility},
     prelude::*,
+    render::storage::ShaderBuffer,
 };
 
 /// Time constant of the highlight [s].
@@ -32,7 +33,10 @@ impl Plugin for BodiesPlugin {
             .add_systems(Update, (highlight, recolor))
             .add_systems(
                 PostUpdate,
-                (dress.before(MeshSystems), hide.before(CheckVisibility))
+                (
+                    (dress, place_grains).chain().before(MeshSystems),
+                    hide.before(CheckVisibility),
+                )
                     .after(SoftBodySystems::Last),
             );
     }
@@ -60,8 +64,44 @@ fn dress(
             floor: floor.0.unwrap_or(f32::MIN),
             ..finish
         };
-        let material = MeshMaterial3d(materials.add(SkinMaterial { finish }));
+        let material = MeshMaterial3d(materials.add(SkinMaterial::new(finish)));
         commands.entity(entity).insert(material);
+    }
+}
+
+/// Lets the graphics card place grains. A body with another number of them, such as a restored one, gets
+/// another buffer: the material binds the buffer itself, which is replaced when it grows.
+fn place_grains(
+    mut commands: Commands,
+    bodies: Query<
+        (
+            Entity,
+            &SoftBody,
+            &MeshMaterial3d<SkinMaterial>,
+            Option<&GrainBuffer>,
+        ),
+        Or<(Changed<SoftBody>, Changed<MeshMaterial3d<SkinMaterial>>)>,
+    >,
+    mut materials: ResMut<Assets<SkinMaterial>>,
+    mut buffers: ResMut<Assets<ShaderBuffer>>,
+) {
+    for (entity, body, material, buffer) in &bodies {
+        if body.radii.is_empty() {
+            continue;
+        }
+        let size = body.particles() * size_of::<Vec4>();
+        let fits = |buffer: &GrainBuffer| {
+            let known = buffers.get(&buffer.0).and_then(|it| it.data.as_ref());
+            known.is_some_and(|data| data.len() == size)
+        };
+        let buffer = match buffer {
+            Some(buffer) if fits(buffer) => buffer.clone(),
+            _ => GrainBuffer::new(body.particles(), &mut buffers),
+        };
+        if let Some(mut material) = materials.get_mut(&material.0) {
+            material.grains = buffer.0.clone();
+        }
+        commands.entity(entity).insert(buffer);
     }
 }
 

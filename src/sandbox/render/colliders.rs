@@ -38,7 +38,7 @@ fn dress(
         let mut entity = commands.entity(entity);
         entity.insert((
             Mesh3d(meshes.add(mesh)),
-            MeshMaterial3d(materials.add(SkinMaterial { finish })),
+            MeshMaterial3d(materials.add(SkinMaterial::new(finish))),
             transform(&collider.pose_at(0.0)),
             DrawnShape(collider.shape.clone()),
         ));

@@ -6,13 +6,16 @@
 
 use super::coloring::map::STOPS;
 use bevy::{
-    asset::embedded_asset,
+    asset::{embedded_asset, uuid_handle},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{Material, MaterialPipeline, MaterialPipelineKey},
     prelude::*,
     reflect::TypePath,
-    render::render_resource::{
-        AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
+    render::{
+        render_resource::{
+            AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
+        },
+        storage::ShaderBuffer,
     },
     shader::ShaderRef,
 };
@@ -135,13 +138,53 @@ fn deep(color: Vec3, translucency: f32) -> Vec3 {
 
 /// The skin of a body or collider.
 #[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
+#[bind_group_data(SkinKey)]
 pub struct SkinMaterial {
     /// Appearance.
     #[uniform(0)]
     pub finish: Finish,
+    /// Places of the grains, of a [`GrainBuffer`](crate::render::GrainBuffer); [`NO_GRAINS`] for others.
+    #[storage(1, read_only, visibility(vertex))]
+    pub grains: Handle<ShaderBuffer>,
+}
+
+impl SkinMaterial {
+    /// A skin of a body that does not consist of grains.
+    #[must_use]
+    pub fn new(finish: Finish) -> Self {
+        Self {
+            finish,
+            grains: NO_GRAINS,
+        }
+    }
+}
+
+/// The buffer of skins without grains.
+pub const NO_GRAINS: Handle<ShaderBuffer> = uuid_handle!("5f3d8f7e-6a52-4c0b-9c43-0f4f0a5c1d27");
+
+/// What the shaders of skins depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SkinKey {
+    has_grains: bool,
+}
+
+impl From<&SkinMaterial> for SkinKey {
+    fn from(skin: &SkinMaterial) -> Self {
+        Self {
+            has_grains: skin.grains != NO_GRAINS,
+        }
+    }
 }
 
 impl Material for SkinMaterial {
+    fn vertex_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/render/shaders/skin_vertex.wgsl".into()
+    }
+
+    fn prepass_vertex_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/render/shaders/skin_shadow.wgsl".into()
+    }
+
     fn fragment_shader() -> ShaderRef {
         "embedded://pliant/sandbox/render/shaders/body.wgsl".into()
     }
@@ -158,8 +201,11 @@ impl Material for SkinMaterial {
         _: &MaterialPipeline,
         descriptor: &mut RenderPipelineDescriptor,
         _: &MeshVertexBufferLayoutRef,
-        _: MaterialPipelineKey<Self>,
+        key: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
+        if key.bind_group_data.has_grains {
+            descriptor.vertex.shader_defs.push("GRAINS".into());
+        }
         // Cloth has two sides, and an inverted body must remain visible.
         descriptor.primitive.cull_mode = None;
         Ok(())
@@ -254,6 +300,8 @@ pub struct SkinPlugin;
 impl Plugin for SkinPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "shaders/body.wgsl");
+        embedded_asset!(app, "shaders/skin_vertex.wgsl");
+        embedded_asset!(app, "shaders/skin_shadow.wgsl");
         embedded_asset!(app, "shaders/wire.wgsl");
         embedded_asset!(app, "shaders/reference_overlay.wgsl");
         app.add_plugins((
@@ -261,5 +309,11 @@ impl Plugin for SkinPlugin {
             MaterialPlugin::<WireMaterial>::default(),
             MaterialPlugin::<ReferenceMaterial>::default(),
         ));
+        let empty = ShaderBuffer::from(vec![Vec4::ZERO]);
+        let mut buffers = app.world_mut().resource_mut::<Assets<ShaderBuffer>>();
+        // The handle is not that of a removed asset.
+        buffers
+            .insert(NO_GRAINS.id(), empty)
+            .expect("a handle by UUID has no generation");
     }
 }

@@ -8,8 +8,7 @@ use super::ReferenceOverlay;
 use crate::{
     render::{Drawn, MeshSystems, place},
     sandbox::render::material::{ReferenceMaterial, Veil, linear},
-    scene::BodySkin,
-    simulation::{SimulationClock, SoftBody},
+    simulation::{BodySkin, SimulationClock, SoftBody},
 };
 use bevy::{
     camera::{
@@ -136,7 +135,8 @@ fn follow(
         }
         place(&mut form.drawn, topology, skin, particles);
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
-            *bounds = form.drawn.write(&mut mesh);
+            form.drawn.write(&mut mesh);
+            *bounds = form.drawn.bounds();
         }
     }
 }

@@ -1,0 +1,39 @@
+// Vertices of bodies and colliders. Grains are unit spheres that are scaled and moved here.
+
+#import bevy_pbr::forward_io::{Vertex, VertexOutput}
+#import bevy_pbr::mesh_functions::{
+    get_world_from_local, mesh_normal_local_to_world, mesh_position_local_to_world,
+}
+#import bevy_pbr::view_transformations::position_world_to_clip
+
+#ifdef GRAINS
+// Center of each grain [m] in xyz, and its radius [m] in w.
+@group(#{MATERIAL_BIND_GROUP}) @binding(1) var<storage, read> grains: array<vec4<f32>>;
+#endif
+
+@vertex
+fn vertex(vertex: Vertex) -> VertexOutput {
+    var position = vertex.position;
+#ifdef GRAINS
+    let grain = grains[u32(vertex.uv.x)];
+    position = grain.xyz + grain.w * position;
+#endif
+    let world_from_local = get_world_from_local(vertex.instance_index);
+    var out: VertexOutput;
+    out.world_position = mesh_position_local_to_world(world_from_local, vec4<f32>(position, 1.0));
+    out.position = position_world_to_clip(out.world_position.xyz);
+    out.world_normal = mesh_normal_local_to_world(vertex.normal, vertex.instance_index);
+#ifdef VERTEX_UVS_A
+    out.uv = vertex.uv;
+#endif
+#ifdef VERTEX_UVS_B
+    out.uv_b = vertex.uv_b;
+#endif
+#ifdef VERTEX_COLORS
+    out.color = vertex.color;
+#endif
+#ifdef VERTEX_OUTPUT_INSTANCE_INDEX
+    out.instance_index = vertex.instance_index;
+#endif
+    return out;
+}
