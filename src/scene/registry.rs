@@ -4,6 +4,7 @@
 
 /// Subject of a built-in scene, by which the scene browser groups it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Group {
     /// Solid bodies.
     Solids,
@@ -58,6 +59,7 @@ impl Group {
 
 /// A built-in scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct BuiltinScene {
     /// Name in commands.
     pub name: &'static str,
@@ -160,6 +162,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "needle" Tearing 1.9,
     "breakthrough" Tearing 0.9,
     "torn_jelly" Tearing 0.5,
+    "trousers" Tearing 2.5,
     "overload" Tearing 3.5,
 ];
 
