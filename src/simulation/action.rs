@@ -403,6 +403,14 @@ pub enum ActionError {
         /// The reason, and what to do.
         reason: String,
     },
+    /// With this value of a parameter the effect cannot act on the body.
+    #[error("cannot change {parameter}: {reason}")]
+    UnfitParameter {
+        /// Effect and parameter.
+        parameter: String,
+        /// The reason, and what to do.
+        reason: String,
+    },
     /// The vertex does not exist.
     #[error("no vertex {vertex}: the number of vertices of the body is {vertices}")]
     NoVertex {
@@ -422,6 +430,24 @@ pub enum ActionError {
 }
 
 /// Actions of users since the last tick.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::prelude::*;
+///
+/// /// Makes all bodies softer: 1e-3 m/N.
+/// fn soften(bodies: Query<Entity, With<SoftBody>>, mut actions: ResMut<Actions>) {
+///     for body in &bodies {
+///         actions.push(Action::SetParameter {
+///             body,
+///             effect: "stretch".into(),
+///             parameter: "compliance".into(),
+///             value: 1e-3,
+///         });
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(soften);
+/// ```
 #[derive(Resource, Debug, Default)]
 pub struct Actions {
     waiting: Vec<Action>,
@@ -456,6 +482,7 @@ pub struct Applying(pub Action);
 
 /// An action was carried out before this tick. Both a message and an event for observers.
 #[derive(Message, Event, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Applied {
     /// The tick that follows.
     pub tick: u64,

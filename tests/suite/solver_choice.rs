@@ -2,7 +2,7 @@
 
 use crate::{
     support::{pinned, state_bits, with},
-    support_app::{app_of, deterministic, push, set, ticks},
+    support_app::{app_of, deterministic, done, push, set, ticks},
 };
 use pliant::{
     mesh::Primitive,
@@ -16,7 +16,10 @@ use pliant::{
 };
 use std::sync::Arc;
 
-use bevy::math::{UVec2, UVec3, Vec2, Vec3};
+use bevy::{
+    app::App,
+    math::{UVec2, UVec3, Vec2, Vec3},
+};
 
 fn auto(tolerance: f32) -> Option<Direct> {
     Some(Direct::with_tolerance(
@@ -325,4 +328,32 @@ fn expected(case: &Case, setting: Setting) -> f64 {
     let mut world = setting.applied(&case.world).expect("sound");
     world.bodies[0].effects.direct = auto(1e-3);
     choice(&after(world, 1)).error
+}
+
+/// With a tolerance of 0 the scene could not be loaded again.
+#[test]
+fn a_body_that_is_too_large_keeps_its_tolerance() {
+    let size = Vec3::ONE;
+    let cells = UVec3::splat(12);
+    let mesh = Primitive::Box { size, cells }.build().expect("sound");
+    let topology = Arc::new(Topology::new(mesh.shape).expect("sound"));
+    let mut world = bar(1e-9, 1, auto(0.01));
+    let effects = world.bodies[0].effects;
+    let large = with(Body::new("cube", topology, Density::of(1000.0)), effects);
+    world.bodies.push(large);
+    let (mut app, bodies, _) = app_of(&world);
+    let tolerance = |app: &App, body: usize| app.world().get::<Direct>(bodies[body]).map(|it| it.tolerance);
+    let errors = done(&mut app, set(bodies[1], "direct", "tolerance", 0.0));
+    let [error] = &errors[..] else {
+        panic!("{errors:?}");
+    };
+    let said = error.to_string();
+    assert!(said.starts_with("cannot change direct.tolerance: "), "{said}");
+    assert!(said.contains("use fewer cells"), "{said}");
+    assert_eq!(tolerance(&app, 1), Some(Tolerance::of(0.01)));
+    assert!(done(&mut app, set(bodies[1], "direct", "tolerance", 0.05)).is_empty());
+    assert_eq!(tolerance(&app, 1), Some(Tolerance::of(0.05)));
+    // One that can be solved directly may.
+    assert!(done(&mut app, set(bodies[0], "direct", "tolerance", 0.0)).is_empty());
+    assert_eq!(tolerance(&app, 0), Some(Tolerance::of(0.0)));
 }

@@ -193,10 +193,21 @@ fn set_parameter(
             name: format!("{effect}.{parameter}"),
             valid: info.parameter_names(),
         })?;
-    let set = info.set;
+    let (get, set, unfit) = (info.get, info.set, info.unfit);
+    let settings = **world.resource::<SimulationSettings>();
     let mut entity = body_mut(world, body)?;
+    let before = get(&EntityRef::from(&entity), index);
+    let is_fit = unfit(&EntityRef::from(&entity), &settings).is_none();
     match set(&mut entity, index, value) {
         Some(Ok(())) => {
+            if is_fit
+                && let Some(before) = before
+                && let Some(reason) = unfit(&EntityRef::from(&entity), &settings)
+            {
+                set(&mut entity, index, before);
+                let parameter = format!("{effect}.{parameter}");
+                return Err(ActionError::UnfitParameter { parameter, reason });
+            }
             rouse(&mut entity);
             Ok(())
         }
