@@ -2,11 +2,14 @@
 
 use super::{FAILED, run::progress_bar, say, say_line, threads::count};
 use clap::Args;
-use pliant::torture::{
-    Advice, CASES, Job, Options, Outcome, SuiteRow, advice, jobs, report,
-    run::Crews,
-    suite,
-    table::{self, number},
+use pliant::{
+    scene::Scene,
+    torture::{
+        Advice, CASES, Job, Options, Outcome, SuiteRow, advice, jobs, report,
+        run::Crews,
+        scene, suite,
+        table::{self, number},
+    },
 };
 use serde_json::{Value, json};
 use std::{path::PathBuf, process::ExitCode};
@@ -19,11 +22,18 @@ use std::{path::PathBuf, process::ExitCode};
 /// Example: pliant torture squashed shuffled --quick --report torture
 ///
 /// To rerun one member with all its figures: pliant torture squashed --member 17
+///
+/// To test a scene of your own: pliant torture --scene my.ron
 #[derive(Debug, Args)]
 pub struct TortureCommand {
     /// Names of cases; defaults to all
     #[arg(value_name = "CASE")]
     cases: Vec<String>,
+
+    /// Run this scene instead, built-in or a file, with its own substeps, with half, with twice as many and
+    /// with one, and with four times its iterations, for the time of its acceptance
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["cases", "quick", "mixtures", "member", "list", "advise", "report"])]
+    scene: Option<String>,
 
     /// Run smaller bodies and fewer combinations
     #[arg(long)]
@@ -61,6 +71,9 @@ pub struct TortureCommand {
 
 impl TortureCommand {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        if let Some(name) = &self.scene {
+            return run_scene(name, self.json);
+        }
         let options = Options {
             cases: self.cases,
             member: self.member,
@@ -104,15 +117,34 @@ impl TortureCommand {
                     .try_for_each(|outcome| say(figures(outcome)))?;
             }
         }
-        let held = rows
-            .iter()
-            .all(|row| row.expected.is_some() || row.passed());
-        Ok(if held {
-            ExitCode::SUCCESS
-        } else {
-            ExitCode::from(FAILED)
-        })
+        Ok(verdict(&rows))
     }
+}
+
+fn verdict(rows: &[SuiteRow]) -> ExitCode {
+    let held = |row: &SuiteRow| row.expected.is_some() || row.passed();
+    match rows.iter().all(held) {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::from(FAILED),
+    }
+}
+
+/// A scene of the user as a case.
+fn run_scene(name: &str, json: bool) -> anyhow::Result<ExitCode> {
+    let current = Scene::load(name)?;
+    let world = current.scene.build()?.world;
+    let seconds = current.scene.acceptance.seconds;
+    let rows = [scene::run(&current.name, &world, seconds)?];
+    if json {
+        say_line(serde_json::to_string_pretty(&table::json(&rows))?)?;
+        return Ok(verdict(&rows));
+    }
+    for outcome in &rows[0].outcomes {
+        say_line(&outcome.member)?;
+        say(figures(outcome))?;
+    }
+    say_line(table::verdict(&rows[0]))?;
+    Ok(verdict(&rows))
 }
 
 fn list(jobs: &[Job]) -> anyhow::Result<ExitCode> {

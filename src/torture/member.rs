@@ -129,7 +129,8 @@ impl fmt::Display for Member {
         if !self.variant.is_empty() {
             write!(f, ",{}", self.variant)?;
         }
-        if self.value != plain.value {
+        // That of a scene is its time.
+        if self.value != plain.value && !matches!(self.shape, Shape::Given(_)) {
             write!(f, ",value={}", self.value)?;
         }
         if self.scale != plain.scale {

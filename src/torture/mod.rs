@@ -9,7 +9,7 @@
 //! the same bits.
 //!
 //! A case can be run in two ways: by [`suite::run`] for the program and the tests, and by
-//! [`run::run_given`] for a user's body.
+//! [`run::run_given`] for a user's body. [`scene::run`] makes a case of a user's scene.
 //!
 //! A member that is known to fail stays in the table and is listed in [`EXPECTED_FAILURES`].
 //!
@@ -28,11 +28,12 @@ mod map;
 mod member;
 pub mod report;
 pub mod run;
+pub mod scene;
 mod shape;
 pub mod suite;
 pub mod table;
-pub mod tally;
-pub mod watch;
+mod tally;
+mod watch;
 
 pub use advice::Advice;
 pub use cases::CASES;

@@ -1,5 +1,6 @@
 //! `pliant torture` from the command line.
 
+use pliant::{scene::Scene, torture::scene};
 use serde_json::Value;
 use std::{
     fs,
@@ -63,6 +64,8 @@ fn bad_usage_is_distinguished_from_a_failed_case() {
         (&["--member", "3"], "exactly one case"),
         (&["edge", "--member", "1000000"], "a number from 1 to"),
         (&["edge", "--threads", "99999"], "at most"),
+        (&["--scene", "no_such_scene"], "no_such_scene"),
+        (&["edge", "--scene", "jelly_cube"], "cannot be used with"),
     ] {
         let output = torture(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
@@ -122,4 +125,30 @@ fn advice_names_the_cheapest_settings_that_pass() {
     );
     let text = words(&torture(&["plates", "--member", "13", "--advise"]).stdout);
     assert!(text.contains("passes at 80×1"), "{text}");
+}
+
+/// Its own settings, half, twice, one substep, and four times the iterations.
+#[test]
+fn a_scene_is_a_case_with_coarser_and_finer_settings() {
+    let output = torture(&["--scene", "hanging_chain", "--json"]);
+    assert!(output.status.success(), "{}", words(&output.stdout));
+    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(rows[0]["case"], "hanging_chain");
+    assert_eq!(rows[0]["members"], 5);
+    assert_eq!(rows[0]["passed"], true);
+
+    let text = words(&torture(&["--scene", "hanging_chain"]).stdout);
+    assert!(text.contains("way of the pins"), "{text}");
+    assert!(text.contains("steps=1x1"), "{text}");
+}
+
+#[test]
+fn a_scene_with_a_body_that_is_not_finite_fails() {
+    let current = Scene::load("jelly_cube").expect("built in");
+    let mut world = current.scene.build().expect("sound").world;
+    world.bodies[0].particles.displacements[0].x = f32::NAN;
+    let row = scene::run("broken", &world, 0.1).expect("it runs");
+    assert_eq!(row.failed(), row.outcomes.len());
+    let worst = row.worst().and_then(|outcome| outcome.worst());
+    assert_eq!(worst.map(|figure| figure.name), Some("bodies not finite"));
 }

@@ -1,0 +1,113 @@
+//! A scene of a user as a hard case: with coarser and finer settings than its own.
+
+use super::{
+    Case, Kind, Member, Outside, Shape, SuiteRow, TortureError,
+    run::{Crews, run_world},
+};
+use crate::solver::{Effects, Iterations, Substeps, World, topology::Dimension};
+
+/// Runs a world for some simulated time [s] with its own settings, with half and twice its substeps,
+/// with one substep, and with four times its iterations, and checks the universal requirements:
+/// everything is finite, pins do not move, surfaces in contact do not cross, the bits do not depend on
+/// threads and lanes, and, where nothing acts from outside, no energy is created and free bodies keep
+/// their momentum. Settings beyond the maximum are left out.
+///
+/// The row keeps a copy of the name until the end of the program, as those of all cases do.
+///
+/// # Errors
+/// [`TortureError`] if threads cannot be started.
+pub fn run(name: &str, world: &World, seconds: f64) -> Result<SuiteRow, TortureError> {
+    let case: &'static Case = Box::leak(Box::new(case(name, world)));
+    let kind = kind(world);
+    let crews = Crews::start()?;
+    let mut outcomes = Vec::new();
+    for (number, (substeps, iterations)) in (1..).zip(settings(world)) {
+        let mut world = world.clone();
+        world.settings.substeps = substeps;
+        world.settings.iterations = iterations;
+        world.sleep.enabled = false;
+        let member = Member {
+            substeps: substeps.get(),
+            iterations: iterations.get(),
+            value: seconds,
+            ..Member::of(Shape::Given(kind))
+        };
+        outcomes.push(run_world(case, (number, &member), world, &crews, false)?);
+    }
+    Ok(SuiteRow {
+        case,
+        kind,
+        expected: None,
+        outcomes,
+    })
+}
+
+fn case(name: &str, world: &World) -> Case {
+    let name: &'static str = Box::leak(name.to_owned().into_boxed_str());
+    Case {
+        name,
+        title: name,
+        about: "A scene of the user.",
+        seconds: |member| member.value,
+        family: |_| Vec::new(),
+        start: super::Start::Make(|_, _| Ok(())),
+        during: |_, _| Ok(()),
+        judge: |_| Ok(Vec::new()),
+        outside: outside(world),
+        any_body: false,
+    }
+}
+
+/// Substeps and iterations of the members.
+fn settings(world: &World) -> Vec<(Substeps, Iterations)> {
+    let (substeps, iterations) = (world.settings.substeps, world.settings.iterations);
+    let (n, k) = (substeps.get(), iterations.get());
+    let mut all = Vec::new();
+    for (n, k) in [(n, k), ((n / 2).max(1), k), (2 * n, k), (1, k), (n, 4 * k)] {
+        if let (Ok(n), Ok(k)) = (Substeps::new(n), Iterations::new(k))
+            && !all.contains(&(n, k))
+        {
+            all.push((n, k));
+        }
+    }
+    all
+}
+
+/// Whether anything but gravity, still surfaces and the bodies themselves may do work. Where an effect
+/// stores energy that is not counted, such as pressure, energy is not checked either.
+fn outside(world: &World) -> Outside {
+    let is_closed = |effects: &Effects| {
+        let closed = Effects {
+            stretch: effects.stretch,
+            bend: effects.bend,
+            isometric_bend: effects.isometric_bend,
+            membrane: effects.membrane,
+            weave: effects.weave,
+            volume: effects.volume,
+            neo_hookean: effects.neo_hookean,
+            shape_matching: effects.shape_matching,
+            direct: effects.direct,
+            ground: effects.ground,
+            sticky_ground: effects.sticky_ground,
+            collide: effects.collide,
+            ..Effects::default()
+        };
+        closed == *effects
+    };
+    let still = world.colliders.iter().all(|it| !it.path.moves());
+    let closed = world.bodies.iter().all(|body| is_closed(&body.effects));
+    match still && closed {
+        true => Outside::Nothing,
+        false => Outside::Work,
+    }
+}
+
+/// The kind of the body with the most particles.
+fn kind(world: &World) -> Kind {
+    let largest = world.bodies.iter().max_by_key(|body| body.particles.len());
+    match largest.map(|body| body.topology.dimension) {
+        Some(Dimension::Sheet) => Kind::Cloth,
+        Some(Dimension::Line) => Kind::Rope,
+        _ => Kind::Tetrahedra,
+    }
+}
