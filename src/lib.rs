@@ -32,7 +32,7 @@
 //! | module | contents | depends on |
 //! |---|---|---|
 //! | [`solver`] | separate package: particles, topology, the three stages, constraints, contacts, the f64 reference, static equilibrium | `glam` |
-//! | [`analytic`] | analytic solutions of states of rest; part of the solver's package | nothing |
+//! | [`solver::analytic`] | analytic solutions of states of rest; part of the solver's package | nothing |
 //! | [`mesh`] | separate package: primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
 //! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |
 //! | [`scene`] | scene files, their registry, acceptance criteria | all above |
@@ -133,7 +133,7 @@ pub mod suggestion;
 pub mod torture;
 
 pub use pliant_mesh as mesh;
-pub use pliant_solver::{self as solver, analytic};
+pub use pliant_solver as solver;
 
 use bevy::{
     app::PluginGroupBuilder,
@@ -159,6 +159,20 @@ struct Library;
 /// that a hitch stays short and a slow computer shows slow motion. Bodies are drawn between two
 /// ticks. Bevy's fixed schedules run several times after a hitch, without such a limit; use
 /// [`FixedPostUpdate`] together with a rigid-body engine that steps there.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::prelude::*;
+///
+/// let mut app = App::new();
+/// app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+/// // A cube of 20 cm and 1000 kg/m³, 1 m above the ground.
+/// let cube = SoftBody::cuboid(Vec3::splat(0.2), UVec3::splat(4))
+///     .at(Vec3::Y)
+///     .density(Density::of(1000.0));
+/// app.world_mut().spawn((cube.build(), Stretch::default(), Volume::default(), Ground::default()));
+/// app.update();
+/// ```
 #[derive(Debug, Clone)]
 pub struct SoftBodyPlugins {
     schedule: InternedScheduleLabel,

@@ -8,6 +8,7 @@
 //! [`ExternalForce`](crate::effect::ExternalForce), [`ExternalImpulse`](crate::effect::ExternalImpulse) and
 //! [`Drag`](crate::effect::Drag) in [`effect`](crate::effect).
 
+#[doc(no_inline)]
 pub use crate::{
     SoftBodyPlugins,
     effect::{

@@ -8,13 +8,13 @@
 //! Only the plain [`World`](crate::solver::World) is measured, without Bevy. Figures are wall-clock
 //! times, so no two reports are equal.
 
-pub mod cases;
-pub mod growth;
-pub mod loading;
-pub mod measure;
+mod cases;
+mod growth;
+mod loading;
+mod measure;
 pub mod plot;
-pub mod report;
-pub mod roofline;
+mod report;
+mod roofline;
 mod steps;
 
 pub use cases::{Case, Elastic, Shape};

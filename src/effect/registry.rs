@@ -22,6 +22,7 @@ use std::{collections::BTreeSet, marker::PhantomData};
 
 /// Scale of a parameter's slider.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Scale {
     /// Linear.
     Linear,
@@ -56,6 +57,7 @@ pub struct Parameter<E> {
 
 /// A [`Parameter`] without its effect's type.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ParameterInfo {
     /// Name in files and commands.
     pub name: &'static str,
@@ -303,6 +305,7 @@ pub struct EffectRegistry {
 /// [`Volume`](super::Volume) on a cloth, or one whose plugin was not added. Written once, before the
 /// next tick.
 #[derive(Message, Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct EffectUnfit {
     /// The body.
     pub body: Entity,

@@ -28,7 +28,7 @@
 mod error;
 mod line;
 mod recorder;
-pub mod replay;
+mod replay;
 mod snapshot;
 mod stored;
 

@@ -25,6 +25,7 @@ use std::{
 
 /// Result of a replay.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Replay {
     /// Version of the program that made the recording.
     pub program: String,
@@ -50,6 +51,7 @@ pub struct Replay {
 
 /// A hash that differs from the recorded one.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Difference {
     /// The line of the recording, from 1.
     pub line: usize,

@@ -51,6 +51,23 @@ impl From<&CurrentScene> for About {
 }
 
 /// The whole state of a simulation.
+///
+/// ```
+/// use pliant::{
+///     recording::{About, Snapshot},
+///     scene::{Scene, run::headless},
+///     simulation::{state_hash, tick},
+/// };
+///
+/// let current = Scene::load("jelly_cube")?;
+/// let mut app = headless(&current.scene.build()?);
+/// tick(app.world_mut());
+/// let bytes = Snapshot::take(app.world_mut(), About::from(&current))?.to_bytes();
+///
+/// let mut restored = headless(&Snapshot::from_bytes(&bytes)?.built);
+/// assert_eq!(state_hash(app.world_mut()), state_hash(restored.world_mut()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     /// Description of the scene.

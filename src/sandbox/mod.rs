@@ -12,12 +12,19 @@
 //! They act on the simulation only through [`Actions`](crate::simulation::Actions), its clock and
 //! its settings.
 
+#[doc(hidden)]
 pub mod app;
+#[doc(hidden)]
 pub mod input;
+#[doc(hidden)]
 pub mod lab;
+#[doc(hidden)]
 pub mod panel;
+#[doc(hidden)]
 pub mod render;
+#[doc(hidden)]
 pub mod state;
+#[doc(hidden)]
 pub mod ui;
 
 use self::{app::display::NoDisplay, lab::reference_overlay::ReferenceOverlay};

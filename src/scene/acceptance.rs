@@ -23,6 +23,7 @@ pub struct Acceptance {
 /// A single criterion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Check {
     /// Checks that apply to bodies whose name begins with this.
     Of(String, Vec<Check>),

@@ -3,9 +3,10 @@
 //! A scene file names the body and the kind of solution; all parameters are those of the body in
 //! its current state, so that the solution follows changes of parameters and pins.
 
-use crate::{
+use crate::solver::{
+    Density, Effects, Topology,
     analytic::{Balloon, Catenary, Elastica},
-    solver::{Density, Effects, Topology, topology::Dimension},
+    topology::Dimension,
 };
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,7 @@ use std::f64::consts::{PI, TAU};
 /// does not meet the solution's requirements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Answer {
     /// A rope that is pinned at its two ends only: the elastic catenary for its weight and axial
     /// stiffness.

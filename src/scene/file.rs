@@ -16,6 +16,15 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::{path::PathBuf, str::FromStr};
 
 /// A scene.
+///
+/// ```
+/// use pliant::scene::Scene;
+///
+/// let current = Scene::load("jelly_cube")?; // or the path of a file
+/// assert_eq!(current.scene.bodies.len(), 1);
+/// assert!(current.scene.build().is_ok());
+/// # Ok::<(), pliant::scene::SceneError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -234,6 +243,7 @@ fn effect_text(effect: &impl Serialize) -> Result<String, ron::Error> {
 /// Pinned vertices, selected in the initial pose of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Pins {
     /// One vertex, by its index. Older files call it `Particle`.
     #[serde(alias = "Particle")]
@@ -274,6 +284,7 @@ pub struct StitchSpec {
 /// A point of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum PointSpec {
     /// A vertex, by its index. Older files call it `Particle`.
     #[serde(alias = "Particle")]
@@ -296,6 +307,7 @@ pub enum PointSpec {
 /// The other end of a stitch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum StitchTo {
     /// Another point of the body; the two are pulled together.
     Point(PointSpec),
@@ -347,6 +359,7 @@ const fn opaque() -> f32 {
 /// Shape of a collider.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum ShapeSpec {
     /// A ball.
     Sphere {

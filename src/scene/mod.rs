@@ -40,7 +40,6 @@ mod spawn;
 mod stitches;
 pub(crate) mod substeps;
 
-pub use crate::simulation::{BodySkin, SceneEntity};
 pub use acceptance::{Acceptance, Check};
 pub use answer::Answer;
 pub use build::BuiltScene;

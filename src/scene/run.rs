@@ -36,6 +36,7 @@ pub struct RunOptions {
 
 /// Real time per tick [ms].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[non_exhaustive]
 pub struct TickTimes {
     /// Time of the solver.
     pub solver: f64,
@@ -47,6 +48,7 @@ pub struct TickTimes {
 
 /// Result of a run.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Run {
     /// Statistics before the first tick and after each.
     pub history: Vec<Statistics>,
@@ -74,6 +76,7 @@ pub struct Run {
 
 /// Two bodies that touched in a run.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PairOfRun {
     /// Names of the bodies, in the order of the scene.
     pub bodies: [String; 2],

@@ -24,6 +24,7 @@ use std::{
 
 /// Definition of a mesh in a scene file.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum MeshSource {
     /// Generated.
     Primitive(Primitive),
@@ -56,6 +57,7 @@ struct BuiltBody {
 
 /// A scene to write, and what is different from the scene that is open.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SavedScene {
     /// The scene.
     pub scene: Scene,

@@ -26,6 +26,7 @@ impl Default for Look {
 
 /// The scene that is open.
 #[derive(Resource, Debug, Clone)]
+#[non_exhaustive]
 pub struct CurrentScene {
     /// Name in the registry, or path.
     pub name: String,

@@ -138,6 +138,7 @@ pub struct Quarantined(pub solver::Quarantine);
 
 /// A body was put in quarantine.
 #[derive(Message, Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BodyQuarantined {
     /// The body.
     pub body: Entity,

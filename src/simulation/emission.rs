@@ -22,6 +22,7 @@ use std::sync::Arc;
 /// The copy has the name of the body with a number, its skin and its built-in effects; an app adds its
 /// own components.
 #[derive(Message, Event, Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BodyEmitted {
     /// The body with the emitter.
     pub source: Entity,

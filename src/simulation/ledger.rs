@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 /// Energy of all bodies [J].
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Energies {
     /// Kinetic energy.
     pub kinetic: f64,

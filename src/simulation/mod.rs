@@ -66,6 +66,18 @@ use bevy::{
 };
 
 /// Gravity, rate, substeps and iterations. Changes take effect at the next tick.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::{prelude::*, solver::Substeps};
+///
+/// /// The Moon, more accurately.
+/// fn moon(mut settings: ResMut<SimulationSettings>) {
+///     settings.set_gravity(Vec3::Y * -1.62).expect("it is finite"); // m/s²
+///     settings.substeps = Substeps::of(20);
+/// }
+/// # bevy::ecs::system::assert_is_system(moon);
+/// ```
 #[derive(Resource, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]
 pub struct SimulationSettings(pub Settings);
 

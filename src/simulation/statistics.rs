@@ -28,6 +28,7 @@ pub struct RecordContacts(pub bool);
 
 /// Statistics after a tick, while [`Measuring`] is on; it is off by default.
 #[derive(Resource, Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Simulated time [s].
     pub time: f64,

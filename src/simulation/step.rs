@@ -152,6 +152,7 @@ pub fn end_tick(world: &mut World) {
 /// A tick is about to end before its last substep, so that actions did not wait for longer than the
 /// [`patience`](SimulationClock::patience) of the clock.
 #[derive(Event, Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct EndedEarly {
     /// Number of ticks before it.
     pub tick: u64,

@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 /// A body came apart.
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BodyTorn {
     /// The body.
     pub body: Entity,

@@ -1,8 +1,8 @@
 //! Closed forms to which results are compared. Each names its source; none is a table of numbers.
 
-use crate::{
+use crate::solver::{
+    Order,
     analytic::{Catenary, Elastica},
-    solver::Order,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

@@ -11,6 +11,19 @@
 //! it as a [`Skin`]. Geometry is f64 up to the last step, which centers it and rounds to f32, so
 //! that a mesh far from its origin keeps its detail.
 //!
+//! ```
+//! use glam::{UVec3, Vec3};
+//! use pliant_mesh::Primitive;
+//!
+//! let cube = Primitive::Box {
+//!     size: Vec3::splat(0.2), // m
+//!     cells: UVec3::splat(4),
+//! };
+//! let cube = cube.build()?;
+//! assert_eq!(cube.shape.vertices.len(), 5 * 5 * 5);
+//! # Ok::<(), pliant_mesh::MeshError>(())
+//! ```
+//!
 //! Depends neither on Bevy nor, except for [`RestShape`], on the solver, and is stateless.
 //! Invariants: each tetrahedron of a [`SoftMesh`] has a positive volume, each index is in range,
 //! each number is finite, and equal input gives bit-identical output on every machine.

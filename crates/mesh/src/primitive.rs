@@ -198,6 +198,7 @@ pub enum Primitive {
 
 /// Region that is filled with grains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum GrainRegion {
     /// The whole box.
     #[default]
@@ -210,6 +211,7 @@ pub enum GrainRegion {
 
 /// Split of the cells of a cloth into triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Diagonals {
     /// Mirrored from cell to cell, without a preferred direction.
     #[default]

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 /// A deformation of the current state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Deformation {
     /// Scales heights above the lowest point by a factor (0 is flat, 1 changes nothing).
     Squash(f32),

@@ -14,11 +14,42 @@
 //!   Bevy systems also call.
 //! - [`reference`](mod@reference) is the method in f64, for measuring errors; [`equilibrium`] finds
 //!   its state of rest without time steps.
+//!
+//! ```
+//! use glam::Vec3;
+//! use pliant_solver::{
+//!     Body, Compliance, Density, RestShape, Stretch, Topology, VertexIndex, World,
+//! };
+//! use std::sync::Arc;
+//!
+//! // A rope of 1 m in four segments, which hangs from one end.
+//! let rope = RestShape {
+//!     vertices: (0..5).map(|i| Vec3::X * 0.25 * i as f32).collect(),
+//!     edges: (0..4).map(|i| [i, i + 1]).collect(),
+//!     ..RestShape::default()
+//! };
+//! let topology = Arc::new(Topology::new(rope)?);
+//! let mut body = Body::new("rope", topology, Density::of(0.1)); // kg/m
+//! body.effects.stretch = Some(Stretch {
+//!     compliance: Compliance::of(1e-4), // m/N
+//!     ..Stretch::default()
+//! });
+//! body.pins = vec![VertexIndex(0)];
+//! body.update_masses();
+//! let mut world = World {
+//!     bodies: vec![body],
+//!     ..World::default()
+//! };
+//! (0..60).for_each(|_| world.tick()); // 1 s
+//! let end = world.bodies[0].particles.position(4);
+//! assert!(end.y < -0.5);
+//! # Ok::<(), pliant_solver::TopologyError>(())
+//! ```
 
 pub mod analytic;
 pub mod contact;
 pub mod deform;
-pub mod diagnostics;
+mod diagnostics;
 pub mod direct;
 pub mod effects;
 pub mod equilibrium;

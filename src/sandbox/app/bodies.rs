@@ -14,9 +14,9 @@ use crate::{
         },
         ui::message::{Notices, capitalised},
     },
-    scene::{BodyParameters, BodySkin, Look},
+    scene::{BodyParameters, Look},
     simulation::{
-        Action, Actions, BodyDensity, NewBody, SoftBody, action, carried, end_tick,
+        Action, Actions, BodyDensity, BodySkin, NewBody, SoftBody, action, carried, end_tick,
         plain::{self, bodies_in_order},
     },
     solver::{Body, Particles, StitchEnd, Stitches, topology::bounds},

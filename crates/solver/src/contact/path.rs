@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Motion of a collider from its initial pose. Times are in seconds since the start of the scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Path {
     /// No motion.
     #[default]

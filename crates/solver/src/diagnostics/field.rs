@@ -18,6 +18,7 @@ use glam::{DMat3, DVec3, Vec4};
 
 /// Which of the principal stretches of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Principal {
     /// The largest: where it is above 1, the material is in tension.
     Largest,

@@ -40,6 +40,7 @@ use std::ops::{AddAssign, Range};
 
 /// Energy changes of bodies by cause [J]; negative is a loss.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Ledger {
     /// By damping of the effects.
     pub damping: f64,

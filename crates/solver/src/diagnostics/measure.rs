@@ -240,6 +240,7 @@ pub fn residual<const N: usize, const M: usize>(
 
 /// Figures of the constraints of an elastic effect after a substep.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct ElementFigures {
     /// Elastic energy ½C²/α of the requested material at the current strain [J].
     pub energy: f64,

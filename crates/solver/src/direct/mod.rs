@@ -145,6 +145,7 @@ struct Workspace {
 
 /// Outcome of the last substep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Status {
     /// Not solved yet.
     #[default]
@@ -184,6 +185,7 @@ impl Status {
 
 /// Reasons against [`Direct`] on a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Unfit {
     /// The method is not XPBD.
     Method,

@@ -33,6 +33,7 @@ use search::Search;
 
 /// A body at rest.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Equilibrium {
     /// Positions [m], in the order of the particles.
     pub x: Vec<DVec3>,

@@ -4,6 +4,7 @@ use crate::{Body, Effects, Settings};
 
 /// Reason why there is no equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NoEquilibrium {
     /// The method of the world has no compliances.
     #[error("compliances only count in XPBD, and the world has another method")]

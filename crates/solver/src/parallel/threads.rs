@@ -18,6 +18,7 @@ pub struct Threads {
 
 /// Work estimate for a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WorkEstimate {
     /// Number of constraint projections.
     pub projections: usize,

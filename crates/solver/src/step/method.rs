@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 /// rigid constraints. All of them derive velocities from positions.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Method {
     /// Extended position-based dynamics: one constraint after the other (Gauss–Seidel), with
     /// compliance and multipliers. The default.

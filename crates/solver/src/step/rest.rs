@@ -79,6 +79,7 @@ impl RestTimer {
 
 /// Sleep state of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Wakefulness {
     /// Sleeping.
     Asleep,

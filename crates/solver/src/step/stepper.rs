@@ -9,6 +9,7 @@ use std::{fmt, sync::Arc};
 
 /// Error: a body diverged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct NotFinite {
     /// The first particle found.
     pub particle: usize,

@@ -175,6 +175,7 @@ impl Settings {
 
 /// One substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Substep {
     /// Its length [s].
     pub h: f32,

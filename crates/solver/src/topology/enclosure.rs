@@ -13,6 +13,7 @@ const FLOOR: f64 = 1e-4;
 
 /// The volume within the surface of a body at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Enclosure {
     /// Rest volume V₀ [m³], above 0.
     pub rest_volume: f64,
@@ -24,6 +25,7 @@ pub struct Enclosure {
 
 /// Reason why a surface encloses no volume.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NotClosed {
     /// There are no triangles.
     #[error("it has no surface; pressure needs a closed surface")]

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 /// What two bodies that touched in a tick have done to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PairContact {
     /// Places of the bodies among those that are stepped together, in ascending order.
     pub bodies: [u32; 2],
