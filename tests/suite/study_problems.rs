@@ -293,9 +293,11 @@ fn an_l_shaped_beam_and_a_rod_in_torsion_agree_with_their_closed_forms() {
         // The closed form is of first order: the square of 1 % and its like, and 4e-5 of own weight.
         assert!((found - mesh).abs() < 2e-4, "{n}: {found}, not {mesh}");
     }
-    // Of second order in the angles, 0.01 rad; no error of the mesh.
+    // Of second order in the angles, with no error of the mesh: the twist of 0.01 rad, and the slope
+    // FL²/(2EI) of the rod at the crossbar, 0.0136 rad with 4 segments, where the crossbar is
+    // half of one behind what twists. The sum of their squares is 2.8e-4.
     let torsion = off("rod_torsion");
-    assert!(torsion.iter().all(|it| it.abs() < 2e-4), "{torsion:?}");
+    assert!(torsion.iter().all(|it| it.abs() < 3e-4), "{torsion:?}");
 }
 
 #[test]
