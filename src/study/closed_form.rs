@@ -185,6 +185,37 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
+    /// Deflection Pa³/(3EI) + Pb³/(3EI) + Pa²b/(GJ) of the end of an L-shaped cantilever under a weight
+    /// P across its plane [m]: the loaded arm of length a bends, and it bends and twists the clamped
+    /// arm of length b (Timoshenko, *Strength of Materials*, part 1). First order.
+    LBeam {
+        /// Mass at its end [kg].
+        mass: f64,
+        /// Length a of the loaded arm [m], at least 0.
+        loaded: f64,
+        /// Length b of the clamped arm [m], at least 0.
+        clamped: f64,
+        /// Flexural rigidity EI [N·m²].
+        bending: f64,
+        /// Torsional rigidity GJ [N·m²].
+        twisting: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+    },
+    /// Angle TL/(GJ) by which a rod twists under the torque T = mga of a weight at the end of a level
+    /// arm [rad] (Saint-Venant; Timoshenko, *Strength of Materials*, part 1). First order.
+    TwistedRod {
+        /// Mass at the end of the arm [kg].
+        mass: f64,
+        /// Length a of the arm [m].
+        arm: f64,
+        /// Length L that twists [m].
+        length: f64,
+        /// Torsional rigidity GJ [N·m²].
+        stiffness: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+    },
     /// Distance ½g(sin θ − µ cos θ)t² that a block slides down a slope from rest [m] (Coulomb); 0
     /// where tan θ ≤ µ.
     SlidingBlock {
@@ -332,6 +363,24 @@ impl Reference {
                 twisting,
                 gravity,
             } => mass * gravity * helix([radius, height, turns], [bending, twisting]),
+            Self::LBeam {
+                mass,
+                loaded,
+                clamped,
+                bending,
+                twisting,
+                gravity,
+            } => {
+                let bent = (loaded.powi(3) + clamped.powi(3)) / (3.0 * bending);
+                mass * gravity * (bent + loaded * loaded * clamped / twisting)
+            }
+            Self::TwistedRod {
+                mass,
+                arm,
+                length,
+                stiffness,
+                gravity,
+            } => mass * gravity * arm * length / stiffness,
             Self::SlidingBlock {
                 slope,
                 friction,
@@ -416,6 +465,8 @@ impl Reference {
             Self::HeavyElastica { .. } => "heavy elastica",
             Self::BuckledColumn { .. } => "2p√(EI/P), K(p) = L√(P/EI)",
             Self::HelixSpring { .. } => "F ∫ (m⊥²/EI + m∥²/GJ) ds",
+            Self::LBeam { .. } => "Pa³/(3EI) + Pb³/(3EI) + Pa²b/(GJ)",
+            Self::TwistedRod { .. } => "TL/(GJ)",
             Self::SlidingBlock { .. } => "½g(sin θ − µ cos θ)t²",
             Self::Capstan { .. } => "½g(M − m eᵠ)/(M + m eᵠ)·t²",
             Self::TornStrip { .. } => "√(2G_c(1 − ν²)/(EtH))·H/v",
@@ -530,6 +581,41 @@ mod tests {
         let found = helix([0.5, 0.0, 0.25], [3.0, 2.0]);
         let expected = 0.125 * (PI / 4.0 / 3.0 + (0.75 * PI - 2.0) / 2.0);
         assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+    }
+
+    #[test]
+    fn an_l_shaped_beam_is_two_cantilevers_and_a_twisted_rod() {
+        let (mass, gravity, bending, twisting) = (0.4, 9.81, 3.0, 2.0);
+        let beam = |[loaded, clamped]: [f64; 2]| {
+            let beam = Reference::LBeam {
+                mass,
+                loaded,
+                clamped,
+                bending,
+                twisting,
+                gravity,
+            };
+            beam.value().expect("closed form")
+        };
+        // Without one of its arms it is a straight cantilever, PL³/(3EI). Rounding.
+        let straight = mass * gravity * 0.125 / (3.0 * bending);
+        for arms in [[0.5, 0.0], [0.0, 0.5]] {
+            assert!((beam(arms) / straight - 1.0).abs() < 1e-14, "{arms:?}");
+        }
+        // What the twist of the clamped arm adds is its angle times the loaded arm.
+        let (arm, length) = (0.3, 0.7);
+        let rod = Reference::TwistedRod {
+            mass,
+            arm,
+            length,
+            stiffness: twisting,
+            gravity,
+        };
+        let angle = rod.value().expect("closed form");
+        let bent = beam([arm, 0.0]) + beam([0.0, length]);
+        let found = (beam([arm, length]) - bent) / arm;
+        // Rounding of a difference of numbers of twice its size.
+        assert!((found / angle - 1.0).abs() < 1e-14, "{found} {angle}");
     }
 
     #[test]

@@ -44,6 +44,8 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "rod_elastica",
     "buckled_column",
     "helix_spring",
+    "rod_l_beam",
+    "rod_torsion",
     "cantilever_4",
     "cantilever_8",
     "cantilever_16",
