@@ -76,7 +76,7 @@ pub struct BodySpec {
     /// Additional masses, by vertex [kg].
     #[serde(default)]
     pub added_mass: Vec<(VertexIndex, Mass)>,
-    /// Position of the center of the mesh [m].
+    /// Position of the center of the mesh, or of the [bounds](PartBounds) of a part [m].
     #[serde(default)]
     pub position: Vec3,
     /// Rotation: degrees about x, then y, then z.

@@ -256,7 +256,11 @@ fn parts_that_are_too_far_away_or_too_small_in_their_bounds_are_refused() {
     let parts = parts("far.obj", &text);
     for (name, size, expected) in [
         ("Far", None, "is 2500 m from the center of its bounds"),
-        ("Near", Some(1e-5), "2e-9 m for this mesh"),
+        (
+            "Near",
+            Some(1e-5),
+            "0.00001 m, with 0.000000002 m for this mesh",
+        ),
     ] {
         let options = BuildOptions {
             size,

@@ -299,14 +299,17 @@ impl Placement {
         if !SIZES.contains(&scale) {
             return Err(MeshError::parameter(
                 "size",
-                format!("{size} m, with {scale} m for this mesh"),
+                format!("{} m, with {} m for this mesh", size as f32, scale as f32),
                 "a longest side from 1e-7 m to 1e7 m, also of the mesh: set the size",
             ));
         }
         let distance = offset.abs().max_element();
         if !(distance.is_finite() && distance <= MAX_OFFSET * scale) {
             return Err(MeshError::unusable(
-                format!("the mesh, of {scale} m, is {distance} m from the center of its bounds"),
+                format!(
+                    "the mesh, of {} m, is {} m from the center of its bounds",
+                    scale as f32, distance as f32
+                ),
                 format!("at most {MAX_OFFSET} times its size are precise: use its own bounds"),
             ));
         }
