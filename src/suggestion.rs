@@ -4,10 +4,19 @@
 /// ` (did you mean “bunny”?)`; empty if none is similar.
 #[must_use]
 pub fn similar(unknown: &str, valid: &str) -> String {
+    similar_of(unknown, valid.split(", "))
+}
+
+/// As [`similar`], among names that may contain commas.
+#[must_use]
+pub fn similar_of<'a>(unknown: &str, valid: impl Iterator<Item = &'a str>) -> String {
     // Typing errors: a wrong, missing, additional or swapped letter in three.
-    let max_distance = unknown.chars().count().div_ceil(3);
+    let length = unknown.chars().count();
+    let max_distance = length.div_ceil(3);
     let distance = |name: &&str| strsim::damerau_levenshtein(name, unknown);
-    let nearest = valid.split(", ").min_by_key(distance);
+    // The distance of others is not less than the difference of the lengths, and may take long.
+    let is_candidate = |name: &&str| name.chars().count().abs_diff(length) <= max_distance;
+    let nearest = valid.filter(is_candidate).min_by_key(distance);
     match nearest.filter(|name| distance(name) <= max_distance) {
         Some(name) => format!(" (did you mean “{name}”?)"),
         None => String::new(),

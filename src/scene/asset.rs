@@ -5,7 +5,7 @@
 use std::io;
 
 use crate::{
-    mesh::{FileMesh, MeshError, read},
+    mesh::{FileMesh, MeshError, read::Parts},
     suggestion::similar,
 };
 
@@ -58,6 +58,14 @@ pub const ASSETS: &[Asset] = &[
 /// # Errors
 /// [`MeshError::Unusable`] for another name, with the list of known names.
 pub fn load(name: &str) -> Result<FileMesh, MeshError> {
+    parts(name).map(Parts::into_whole)
+}
+
+/// Loads the built-in mesh with this name, with its named parts.
+///
+/// # Errors
+/// As [`load`].
+pub fn parts(name: &str) -> Result<Parts, MeshError> {
     let Some(asset) = ASSETS.iter().find(|asset| asset.name == name) else {
         let known: Vec<_> = ASSETS.iter().map(|asset| asset.name).collect();
         let known = known.join(", ");
@@ -66,7 +74,7 @@ pub fn load(name: &str) -> Result<FileMesh, MeshError> {
             remedy: format!("expected one of: {known}"),
         });
     };
-    read::bytes(asset.file, asset.bytes, &|_| {
+    Parts::of_bytes(asset.file, asset.bytes, &|_| {
         Err(io::ErrorKind::NotFound.into())
     })
 }

@@ -1,13 +1,13 @@
 //! Builds a plain world from a scene, with the skins of its bodies.
 
 use super::{
-    Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, Pins, Region, Scene,
-    SceneError, ShapeSpec, asset,
+    Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, PartBounds, Pins,
+    Region, Scene, SceneError, ShapeSpec, asset,
     stitches::{join, roots, stitches},
     substeps::{choose, is_automatic},
 };
 use crate::{
-    mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
+    mesh::{self, Bounds, BuildOptions, FileMesh, Skin, SoftMesh, Treatment, read::Parts},
     simulation::SpawnOrders,
     solver::{
         Body, Collider, ColliderMesh, ColliderShape, Cut, Effects, MAX_COORDINATE, ParticleIndex,
@@ -236,8 +236,10 @@ impl Scene {
         match (&spec.primitive, &spec.mesh) {
             (Some(primitive), None) => primitive.build().map_err(named),
             (None, Some(mesh)) => {
-                let file = self.file_mesh(&mesh.file).map_err(named)?;
-                mesh::build(file, &mesh.options()).map_err(named)
+                let (file, bounds) = self
+                    .file_mesh(&mesh.file, mesh.part.as_deref(), mesh.bounds)
+                    .map_err(named)?;
+                mesh::build(file, &mesh.options(bounds)).map_err(named)
             }
             _ => Err(wrong(
                 spec,
@@ -265,13 +267,20 @@ impl Scene {
             &ShapeSpec::Capsule { radius, length } => {
                 (ColliderShape::Capsule { radius, length }, Vec::new())
             }
-            ShapeSpec::Mesh { file, size } => {
+            ShapeSpec::Mesh {
+                file,
+                part,
+                bounds,
+                size,
+            } => {
+                let (mesh, bounds) = self.file_mesh(file, part.as_deref(), *bounds)?;
                 let options = BuildOptions {
                     size: *size,
+                    bounds,
                     treatment: Treatment::Shell,
                     ..BuildOptions::default()
                 };
-                mesh_shape(mesh::build(self.file_mesh(file)?, &options)?)?
+                mesh_shape(mesh::build(mesh, &options)?)?
             }
             ShapeSpec::Surface(primitive) => mesh_shape(primitive.build()?)?,
         };
@@ -292,12 +301,23 @@ impl Scene {
         files.map(|file| self.folder.join(file)).collect()
     }
 
-    fn file_mesh(&self, file: &str) -> Result<FileMesh, mesh::MeshError> {
-        if is_path(file) {
-            mesh::read::file(&self.folder.join(file))
+    /// A mesh file or a part of one, and the bounds of the file if the part keeps its place in them.
+    fn file_mesh(
+        &self,
+        file: &str,
+        part: Option<&str>,
+        bounds: PartBounds,
+    ) -> Result<(FileMesh, Option<Bounds>), mesh::MeshError> {
+        let parts = if is_path(file) {
+            Parts::of_file(&self.folder.join(file))
         } else {
-            asset::load(file)
-        }
+            asset::parts(file)
+        }?;
+        let Some(part) = part else {
+            return Ok((parts.into_whole(), None));
+        };
+        let bounds = (bounds == PartBounds::File).then(|| parts.bounds());
+        Ok((parts.part(part)?, bounds))
     }
 }
 

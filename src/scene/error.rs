@@ -3,7 +3,7 @@
 use crate::{
     mesh::MeshError,
     solver::{ColliderMeshError, InvalidValue, TopologyError},
-    suggestion::similar,
+    suggestion::{similar, similar_of},
 };
 use std::path::PathBuf;
 
@@ -43,7 +43,7 @@ pub enum SceneError {
         message: String,
     },
     /// A body's mesh cannot be loaded.
-    #[error("body “{body}”: {error}")]
+    #[error("body “{body}”: {error}{}", similar_part(.error))]
     Mesh {
         /// The body.
         body: String,
@@ -101,9 +101,19 @@ pub enum ColliderError {
     #[error("{0}")]
     Look(String),
     /// Its mesh cannot be loaded or generated.
-    #[error(transparent)]
+    #[error("{}{}", .0, similar_part(.0))]
     Mesh(#[from] MeshError),
     /// Its mesh is not a surface.
     #[error("{0}: use a body of triangles or tetrahedra")]
     Surface(#[from] ColliderMeshError),
+}
+
+/// The name that an unknown name of a part may mean.
+fn similar_part(error: &MeshError) -> String {
+    match error {
+        MeshError::UnknownPart { part, names, .. } => {
+            similar_of(part, names.iter().map(String::as_str))
+        }
+        _ => String::new(),
+    }
 }

@@ -5,7 +5,7 @@ use super::{
     Acceptance, Answer, SceneError, mesh_file::is_mesh, registry, spawn::CurrentScene, substeps,
 };
 use crate::{
-    mesh::{BuildOptions, Primitive, Treatment},
+    mesh::{Bounds, BuildOptions, Primitive, Treatment},
     solver::{
         self, Compliance, Cut, Deformation, Density, Effects, Force, Mass, Path, Settings,
         VertexIndex,
@@ -85,7 +85,7 @@ pub struct BodySpec {
     /// Additional masses, by vertex [kg].
     #[serde(default)]
     pub added_mass: Vec<(VertexIndex, Mass)>,
-    /// Position of the center of the mesh [m].
+    /// Position of the center of the mesh, or of the [bounds](PartBounds) of a part [m].
     #[serde(default)]
     pub position: Vec3,
     /// Rotation: degrees about x, then y, then z.
@@ -127,7 +127,14 @@ pub struct BodySpec {
 pub struct MeshSpec {
     /// Name of a built-in mesh, or path of a file relative to the scene file.
     pub file: String,
-    /// Length of the longest side [m]; defaults to the file's numbers in meters.
+    /// Name of a part, by default the whole file: of a node or a mesh of glTF, of an object or a group
+    /// of OBJ. See [`Parts`](crate::mesh::read::Parts).
+    #[serde(default)]
+    pub part: Option<String>,
+    /// What `size` and the position of the body refer to if there is a `part`.
+    #[serde(default)]
+    pub bounds: PartBounds,
+    /// Length of the longest side of the bounds [m]; defaults to the file's numbers in meters.
     #[serde(default)]
     pub size: Option<f32>,
     /// Lattice cells along the longest side of a filled surface; by default 6 to 18, for at
@@ -139,10 +146,22 @@ pub struct MeshSpec {
     pub treatment: Treatment,
 }
 
+/// The bounding box to which the size and the position of a part of a mesh file refer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum PartBounds {
+    /// That of the whole file: parts with the same size, position and rotation fit together as in the
+    /// file.
+    #[default]
+    File,
+    /// That of the part.
+    Part,
+}
+
 impl MeshSpec {
-    pub(super) fn options(&self) -> BuildOptions {
+    pub(super) fn options(&self, bounds: Option<Bounds>) -> BuildOptions {
         BuildOptions {
             size: self.size,
+            bounds,
             cells: self.cells,
             treatment: self.treatment,
         }
@@ -378,11 +397,18 @@ pub enum ShapeSpec {
         /// Length of the cylinder without the caps [m].
         length: f32,
     },
-    /// The triangles of a mesh file, centered on their bounding box.
+    /// The triangles of a mesh file, centered on their bounding box, or on that of the file of which
+    /// they are a part.
     Mesh {
         /// Name of a built-in mesh, or path of a file relative to the scene file.
         file: String,
-        /// Length of the longest side [m]; defaults to the file's numbers in meters.
+        /// Name of a part, by default the whole file, as that of a [body](MeshSpec::part).
+        #[serde(default)]
+        part: Option<String>,
+        /// What `size` and the position of the collider refer to if there is a `part`.
+        #[serde(default)]
+        bounds: PartBounds,
+        /// Length of the longest side of the bounds [m]; defaults to the file's numbers in meters.
         #[serde(default)]
         size: Option<f32>,
     },

@@ -1,7 +1,7 @@
 //! A mesh file as a soft body: how its surface is filled, the material that it gets, and a scene of
 //! its own, so that a mesh can be opened like a scene file.
 
-use super::{Acceptance, BodySpec, MeshSpec, Scene, SceneEffects, SceneError};
+use super::{Acceptance, BodySpec, MeshSpec, PartBounds, Scene, SceneEffects, SceneError};
 use crate::{
     mesh::{BuildOptions, FileMesh, MeshError, SoftMesh, Treatment, build, read},
     solver::{
@@ -66,6 +66,7 @@ pub fn fit(
             size,
             cells,
             treatment,
+            ..BuildOptions::default()
         };
         let soft = build(mesh, &options)?;
         Ok::<_, MeshError>((soft, options))
@@ -162,6 +163,8 @@ impl Scene {
             primitive: None,
             mesh: Some(MeshSpec {
                 file: file.clone(),
+                part: None,
+                bounds: PartBounds::default(),
                 size: options.size,
                 cells: options.cells,
                 treatment: options.treatment,

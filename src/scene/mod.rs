@@ -45,8 +45,8 @@ pub use answer::Answer;
 pub use build::BuiltScene;
 pub use error::{ColliderError, SceneError};
 pub use file::{
-    BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, PointSpec, Region, Scene,
-    SceneEffects, ShapeSpec, StitchSpec, StitchTo, parse,
+    BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, PartBounds, Pins, PointSpec, Region,
+    Scene, SceneEffects, ShapeSpec, StitchSpec, StitchTo, parse,
 };
 pub use material::Material;
 pub use parameters::BodyParameters;

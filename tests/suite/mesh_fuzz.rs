@@ -12,7 +12,7 @@ use std::io;
 const TEXTS: [(&str, &str); 6] = [
     (
         "a.obj",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf -4/1 -1//2 3/1/1\nf 2 3 4\n",
+        "o A\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng b c\nf 1 3 2\nf 1 2 4\no A b\nf -4/1 -1//2 3/1/1\ng\nf 2 3 4\nl 1 2\n",
     ),
     (
         "a.msh",
@@ -29,7 +29,7 @@ const TEXTS: [(&str, &str); 6] = [
     ("a.node", "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n"),
     (
         "a.gltf",
-        r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},{"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"}],"bufferViews":[{"buffer":0,"byteLength":36,"byteStride":12},{"buffer":0,"byteOffset":36,"byteLength":3}],"buffers":[{"uri":"b.bin","byteLength":39}]}"#,
+        r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"name":"A","children":[1]},{"name":"B","mesh":0}],"meshes":[{"name":"C","primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},{"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"}],"bufferViews":[{"buffer":0,"byteLength":36,"byteStride":12},{"buffer":0,"byteOffset":36,"byteLength":3}],"buffers":[{"uri":"b.bin","byteLength":39}]}"#,
     ),
 ];
 const ELE: &str = "1 4 0\n0 0 1 2 3\n";
@@ -108,6 +108,7 @@ fn build_in_proportion(
         size: Some(1.0),
         cells: Some(3),
         treatment,
+        ..BuildOptions::default()
     };
     in_proportion(length, BUILDING, || build(mesh, &options))
 }
@@ -117,19 +118,30 @@ fn survives(name: &str, bytes: &[u8]) {
     let Ok(mesh) = read_in_proportion(name, bytes) else {
         return;
     };
+    is_valid(&mesh);
+    for treatment in [Treatment::Fill, Treatment::Shell] {
+        if let Ok(body) = build_in_proportion(bytes.len(), mesh.clone(), treatment) {
+            assert!(body.shape.vertices.iter().all(|p| p.is_finite()));
+        }
+    }
+    let parts = read::Parts::of_bytes(name, bytes, &beside).expect("it can be read");
+    assert_eq!(parts.whole(), &mesh);
+    for part in parts.names() {
+        let part = parts.part(part).expect("a part with a mesh");
+        assert!(!part.vertices().is_empty());
+        is_valid(&part);
+    }
+}
+
+fn is_valid(mesh: &FileMesh) {
     let vertices = mesh.vertices();
-    let indices: Vec<u32> = match &mesh {
+    let indices: Vec<u32> = match mesh {
         FileMesh::Surface(it) => it.triangles.iter().flatten().copied().collect(),
         FileMesh::Tetrahedra(it) => it.tetrahedra.iter().flatten().copied().collect(),
         FileMesh::Curves(it) => it.segments.iter().flatten().copied().collect(),
     };
     assert!(vertices.iter().all(|p| p.is_finite()));
     assert!(indices.iter().all(|i| (*i as usize) < vertices.len()));
-    for treatment in [Treatment::Fill, Treatment::Shell] {
-        if let Ok(body) = build_in_proportion(bytes.len(), mesh.clone(), treatment) {
-            assert!(body.shape.vertices.iter().all(|p| p.is_finite()));
-        }
-    }
 }
 
 #[test]

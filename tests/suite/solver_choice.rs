@@ -342,13 +342,20 @@ fn a_body_that_is_too_large_keeps_its_tolerance() {
     let large = with(Body::new("cube", topology, Density::of(1000.0)), effects);
     world.bodies.push(large);
     let (mut app, bodies, _) = app_of(&world);
-    let tolerance = |app: &App, body: usize| app.world().get::<Direct>(bodies[body]).map(|it| it.tolerance);
+    let tolerance = |app: &App, body: usize| {
+        app.world()
+            .get::<Direct>(bodies[body])
+            .map(|it| it.tolerance)
+    };
     let errors = done(&mut app, set(bodies[1], "direct", "tolerance", 0.0));
     let [error] = &errors[..] else {
         panic!("{errors:?}");
     };
     let said = error.to_string();
-    assert!(said.starts_with("cannot change direct.tolerance: "), "{said}");
+    assert!(
+        said.starts_with("cannot change direct.tolerance: "),
+        "{said}"
+    );
     assert!(said.contains("use fewer cells"), "{said}");
     assert_eq!(tolerance(&app, 1), Some(Tolerance::of(0.01)));
     assert!(done(&mut app, set(bodies[1], "direct", "tolerance", 0.05)).is_empty());

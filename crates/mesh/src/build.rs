@@ -7,7 +7,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CurveMesh, FileMesh, MeshError, Skin, SoftMesh, SurfaceMesh, TetMesh, boundary_triangles,
+    Bounds, CurveMesh, FileMesh, MeshError, Skin, SoftMesh, SurfaceMesh, TetMesh,
+    boundary_triangles,
     clean::{clean_segments, clean_tetrahedra, clean_triangles, counted, keep_used, weld},
     edges,
     elements::tetrahedron_volume,
@@ -23,6 +24,10 @@ mod thin;
 /// Maximum number of cells along the longest side of a filled surface.
 pub const MAX_CELLS: u32 = 128;
 
+/// Maximum distance of a mesh from the center of its [`BuildOptions::bounds`], in sizes of the mesh:
+/// farther away, rounding to f32 would take its detail.
+pub const MAX_OFFSET: f64 = 1e3;
+
 /// Valid body sizes [m]: within them f32 represents the volume of a cell at full precision.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-7..=1e7;
 
@@ -33,6 +38,10 @@ pub struct BuildOptions {
     /// Length of the longest side of the bounding box [m], from 1e-7 to 1e7; `None`, the default,
     /// keeps the file's numbers as meters.
     pub size: Option<f32>,
+    /// The bounding box that `size` is about and whose center becomes the origin, so that the parts
+    /// of a file fit together ([`Parts::bounds`](crate::read::Parts::bounds)); `None`, the default,
+    /// is that of the mesh. The mesh is at most [`MAX_OFFSET`] times its size away from the center.
+    pub bounds: Option<Bounds>,
     /// Cells along the longest side when a surface is filled, from 2 to [`MAX_CELLS`]; `None`, the
     /// default, takes as many as give at most about 2000 particles, from 6 to 18.
     pub cells: Option<u32>,
@@ -50,13 +59,14 @@ pub enum Treatment {
     Shell,
 }
 
-/// Builds a body from a mesh: centers it on its bounding box, scales and repairs it, and, for a
+/// Builds a body from a mesh: centers it on its bounding box, or on
+/// [another one](BuildOptions::bounds), scales and repairs it, and, for a
 /// surface with [`Treatment::Fill`], fills it with tetrahedra that it follows as a [`Skin`].
 ///
 /// # Errors
 /// [`MeshError::Parameter`] for an option out of its range, [`MeshError::TooLarge`] for too many
 /// tetrahedra, and [`MeshError::Unusable`] for a mesh that cannot become a body: empty, without
-/// extent, not finite, with an index out of range, or to be filled although it encloses no volume.
+/// extent, too far from the center of its bounds, not finite, with an index out of range, or to be filled although it encloses no volume.
 pub fn build(mesh: FileMesh, options: &BuildOptions) -> Result<SoftMesh, MeshError> {
     if let Some(cells) = options
         .cells
@@ -213,6 +223,8 @@ fn note_unused(numbers: &[Option<u32>], notes: &mut Vec<String>) {
 struct Placement {
     /// Meters per unit.
     scale: f64,
+    /// Position of the center [m]; `None` is the origin.
+    center: Option<DVec3>,
 }
 
 impl Placement {
@@ -249,7 +261,8 @@ impl Placement {
         }
         let longest = (high - low).max_element();
         let center = low + (high - low) * 0.5;
-        let size = options.size.map_or(longest, f64::from);
+        let whole = options.bounds.map_or(longest, |bounds| bounds.size);
+        let size = options.size.map_or(whole, f64::from);
         // Below this, the offset from the origin uses up the precision of the coordinates.
         if longest <= center.abs().max_element() * 1e-12 {
             return Err(MeshError::unusable(
@@ -264,14 +277,54 @@ impl Placement {
                 "a longest side from 1e-7 m to 1e7 m: set the size",
             ));
         }
+        let placement = match options.bounds {
+            Some(bounds) => Self::within(bounds, size, center, longest)?,
+            None => Self {
+                scale: size,
+                center: None,
+            },
+        };
         for p in vertices {
             *p = (*p - center) / longest;
         }
-        Ok(Self { scale: size })
+        Ok(placement)
+    }
+
+    /// A mesh of this center and longest side in bounds that get this size [m].
+    fn within(bounds: Bounds, size: f64, center: DVec3, longest: f64) -> Result<Self, MeshError> {
+        // Not a number where the bounds are none.
+        let meters = size / bounds.size;
+        let scale = longest * meters;
+        let offset = (center - bounds.center) * meters;
+        if !SIZES.contains(&scale) {
+            return Err(MeshError::parameter(
+                "size",
+                format!("{} m, with {} m for this mesh", size as f32, scale as f32),
+                "a longest side from 1e-7 m to 1e7 m, also of the mesh: set the size",
+            ));
+        }
+        let distance = offset.abs().max_element();
+        if !(distance.is_finite() && distance <= MAX_OFFSET * scale) {
+            return Err(MeshError::unusable(
+                format!(
+                    "the mesh, of {} m, is {} m from the center of its bounds",
+                    scale as f32, distance as f32
+                ),
+                format!("at most {MAX_OFFSET} times its size are precise: use its own bounds"),
+            ));
+        }
+        Ok(Self {
+            scale,
+            center: Some(offset),
+        })
     }
 
     fn vertices(&self, unit: &[DVec3]) -> Vec<glam::Vec3> {
-        unit.iter().map(|p| (*p * self.scale).as_vec3()).collect()
+        let placed = |p: &DVec3| {
+            let scaled = *p * self.scale;
+            self.center.map_or(scaled, |center| scaled + center)
+        };
+        unit.iter().map(|p| placed(p).as_vec3()).collect()
     }
 
     fn cloth(

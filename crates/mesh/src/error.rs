@@ -2,6 +2,8 @@
 
 use std::io;
 
+use super::read::shown;
+
 /// Why a mesh could not be read or built.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -45,6 +47,16 @@ pub enum MeshError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// Unknown name of a part of a file.
+    #[error("{file}: unknown part “{}”; expected one of: {}", shown(.part), listed(.names))]
+    UnknownPart {
+        /// The file's name.
+        file: String,
+        /// The given name.
+        part: String,
+        /// Names of the parts.
+        names: Vec<String>,
+    },
     /// A parameter is out of its range.
     #[error("{name} = {value} is out of range; expected {expected}")]
     Parameter {
@@ -75,6 +87,17 @@ pub enum MeshError {
         /// What to do.
         remedy: String,
     },
+}
+
+/// The first names of a list, and how many more there are.
+fn listed(names: &[String]) -> String {
+    const MOST: usize = 10;
+    let first: Vec<_> = names.iter().take(MOST).map(|it| shown(it)).collect();
+    let first = format!("“{}”", first.join("”, “"));
+    match names.len().saturating_sub(MOST) {
+        0 => first,
+        more => format!("{first} and {more} more"),
+    }
 }
 
 impl MeshError {

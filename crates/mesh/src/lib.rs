@@ -4,7 +4,7 @@
 //!
 //! - a [`Primitive`] (box, sphere, torus, cylinder, cloth, tube, balloon, rope, grains) at a chosen
 //!   resolution,
-//! - a file ([`read`](mod@read)), passed to [`build()`],
+//! - a file ([`read`](mod@read)), or a named part of one ([`read::Parts`]), passed to [`build()`],
 //! - a [`SurfaceMesh`], [`TetMesh`] or [`CurveMesh`] from other code, passed to [`build()`].
 //!
 //! A surface is filled with a lattice of tetrahedra, coarser than the surface, which then follows
@@ -41,7 +41,7 @@ pub mod read;
 mod skin;
 mod source;
 
-pub use build::{BuildOptions, MAX_CELLS, Treatment, build};
+pub use build::{BuildOptions, MAX_CELLS, MAX_OFFSET, Treatment, build};
 pub use elements::{
     boundary_triangles, component_of_each, edges, largest_component, surface_volume,
     tetrahedra_volume,
@@ -50,7 +50,7 @@ pub use embed::embed;
 pub use error::MeshError;
 pub use primitive::{Diagonals, GrainRegion, MAX_PARTICLES, MAX_TETRAHEDRA, Primitive};
 pub use skin::{Anchor, Skin};
-pub use source::{CurveMesh, FileMesh, SurfaceMesh, TetMesh};
+pub use source::{Bounds, CurveMesh, FileMesh, SurfaceMesh, TetMesh};
 
 use pliant_solver::RestShape;
 
@@ -58,7 +58,8 @@ use pliant_solver::RestShape;
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SoftMesh {
-    /// Simulated coarse shape [m], centered on the origin.
+    /// Simulated coarse shape [m], centered on the origin, or as its
+    /// [bounds](BuildOptions::bounds) are.
     pub shape: RestShape,
     /// Fine surface that follows the shape; `None` if the triangles of the shape are the surface.
     pub skin: Option<Skin>,

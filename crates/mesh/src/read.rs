@@ -5,8 +5,10 @@
 //! the line (in glTF, the mesh and the primitive). Counts in a file are not trusted before the data
 //! is present, and repeated instances in a glTF scene are limited, so that a short file cannot
 //! exhaust memory.
+//!
+//! A file is one mesh; [`Parts`] has the named parts of glTF and OBJ, for several bodies of one file.
 
-use std::{fs, io, path::Path};
+use std::{io, path::Path};
 
 use super::{FileMesh, MeshError};
 
@@ -16,8 +18,12 @@ mod gltf_geometry;
 mod gmsh;
 mod medit;
 mod obj;
+mod parts;
 mod tetgen;
 mod text;
+
+pub use parts::Parts;
+pub(crate) use parts::shown;
 
 /// Supported file name extensions, in lower case.
 pub const ENDINGS: [&str; 7] = ["obj", "gltf", "glb", "msh", "node", "ele", "mesh"];
@@ -32,15 +38,7 @@ pub type Beside<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 /// [`MeshError::Unreadable`], [`MeshError::UnknownFormat`], [`MeshError::Text`] or
 /// [`MeshError::Content`].
 pub fn file(path: &Path) -> Result<FileMesh, MeshError> {
-    let name = path.display().to_string();
-    format_of(&name)?;
-    let contents = fs::read(path).map_err(|source| MeshError::Unreadable {
-        file: name.clone(),
-        source,
-    })?;
-    bytes(&name, &contents, &|beside| {
-        fs::read(path.with_file_name(beside))
-    })
+    Parts::of_file(path).map(Parts::into_whole)
 }
 
 /// Reads a mesh file from memory. `name` selects the format and identifies the file in errors;
@@ -49,13 +47,7 @@ pub fn file(path: &Path) -> Result<FileMesh, MeshError> {
 /// # Errors
 /// As [`file()`].
 pub fn bytes(name: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshError> {
-    match format_of(name)?.as_str() {
-        "obj" => obj::read(name, bytes),
-        "gltf" | "glb" => gltf::read(name, bytes, beside),
-        "msh" => gmsh::read(name, bytes),
-        "node" | "ele" => tetgen::read(name, bytes, beside),
-        _ => medit::read(name, bytes),
-    }
+    Parts::of_bytes(name, bytes, beside).map(Parts::into_whole)
 }
 
 fn format_of(name: &str) -> Result<String, MeshError> {

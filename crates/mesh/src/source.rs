@@ -1,6 +1,7 @@
 //! Meshes from a file or from other code: unscaled, unchecked, in f64.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// A triangle surface, counter-clockwise from outside in a well-formed mesh.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -35,6 +36,15 @@ pub struct CurveMesh {
     pub notes: Vec<String>,
 }
 
+/// Cube around a mesh, in the unit of its file.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// Center of the bounding box.
+    pub center: DVec3,
+    /// Longest side of the bounding box; 0 without a mesh.
+    pub size: f64,
+}
+
 /// Content of a mesh file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FileMesh {
@@ -54,6 +64,16 @@ impl FileMesh {
             Self::Surface(it) => &it.vertices,
             Self::Tetrahedra(it) => &it.vertices,
             Self::Curves(it) => &it.vertices,
+        }
+    }
+
+    /// Bounding box of its elements; vertices without one are ignored.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Self::Surface(it) => bounds(&it.vertices, it.triangles.as_flattened()),
+            Self::Tetrahedra(it) => bounds(&it.vertices, it.tetrahedra.as_flattened()),
+            Self::Curves(it) => bounds(&it.vertices, it.segments.as_flattened()),
         }
     }
 
@@ -77,5 +97,19 @@ impl FileMesh {
                 notes,
             })
         }
+    }
+}
+
+fn bounds(vertices: &[DVec3], corners: &[u32]) -> Bounds {
+    let mut corners = corners.iter().filter_map(|i| vertices.get(*i as usize));
+    let Some(first) = corners.next() else {
+        return Bounds::default();
+    };
+    let (low, high) = corners.fold((*first, *first), |(low, high), p| {
+        (low.min(*p), high.max(*p))
+    });
+    Bounds {
+        center: low + (high - low) * 0.5,
+        size: (high - low).max_element(),
     }
 }

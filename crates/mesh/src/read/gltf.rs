@@ -3,9 +3,9 @@
 //!
 //! Materials, skins, morph targets and animations are ignored, and extensions that are about looks.
 //! Points and lines are left out with a note. Positions may be quantized. Compressed and sparse data
-//! is rejected.
+//! is rejected. Nodes and meshes with a name are parts.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, sync::Arc};
 
 use glam::{DMat4, Mat4};
 use gltf::{Document, Node, Semantic, mesh::Mode};
@@ -14,16 +14,17 @@ use super::{
     Beside,
     gltf_data::Data,
     gltf_geometry::{Refused, geometry},
+    parts::{Counts, Label, Named, Part, Parts},
 };
 use crate::{FileMesh, MeshError, SurfaceMesh};
 
-pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshError> {
+pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<Parts, MeshError> {
     let (json, blob) = if bytes.starts_with(b"glTF") {
         chunks(bytes).map_err(|problem| content(file, "the GLB container", problem))?
     } else {
         (bytes, None)
     };
-    let (json, mut notes) =
+    let (json, notes) =
         geometry(json).map_err(|Refused { place, problem }| content(file, place, problem))?;
     let document = gltf::Gltf::from_slice(&json)
         .map_err(|error| content(file, "the JSON", error.to_string()))?
@@ -35,22 +36,38 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
         surface: SurfaceMesh::default(),
         other_primitives: 0,
         visited: BTreeSet::new(),
+        mesh_names: document.meshes().map(|mesh| named(mesh.name())).collect(),
+        parts: Vec::new(),
     };
     reader.document(&document)?;
-    let mut surface = reader.surface;
+    let (mut surface, parts) = (reader.surface, reader.parts);
     if surface.triangles.is_empty() {
         let problem = "has no triangles; expected a mesh of triangles in the scene";
         return Err(content(file, "the scene", problem));
     }
+    surface.notes.clone_from(&notes);
     if reader.other_primitives > 0 {
-        let note = format!(
-            "primitives of points or lines ignored: {}",
-            reader.other_primitives
-        );
-        notes.push(note);
+        let note = format!("{IGNORED}: {}", reader.other_primitives);
+        surface.notes.push(note);
     }
-    surface.notes.append(&mut notes);
-    Ok(FileMesh::Surface(surface))
+    Ok(Parts {
+        file: file.into(),
+        whole: FileMesh::Surface(surface),
+        segments: Vec::new(),
+        named: Some(Named {
+            parts,
+            notes,
+            ignored: IGNORED,
+        }),
+    })
+}
+
+/// Note about what is ignored.
+const IGNORED: &str = "primitives of points or lines ignored";
+
+/// The name of a node or a mesh, if it has one.
+fn named(name: Option<&str>) -> Option<Arc<str>> {
+    name.filter(|name| !name.is_empty()).map(Into::into)
 }
 
 /// An error in a part of the file.
@@ -107,6 +124,17 @@ struct Reader<'a> {
     other_primitives: usize,
     /// Visited nodes; a node may have only one parent.
     visited: BTreeSet<usize>,
+    /// Name of each mesh, which many nodes may show.
+    mesh_names: Vec<Option<Arc<str>>>,
+    parts: Vec<Part>,
+}
+
+/// A step of the walk through the nodes.
+enum Step<'a> {
+    /// A node, with the transform of the one above.
+    Enter(Node<'a>, DMat4),
+    /// The end of the nodes below one, which are this part.
+    Leave(usize),
 }
 
 impl Reader<'_> {
@@ -114,8 +142,9 @@ impl Reader<'_> {
         let scene = document
             .default_scene()
             .or_else(|| document.scenes().next());
-        let mut waiting: Vec<(Node, DMat4)> = match scene {
-            Some(scene) => scene.nodes().map(|n| (n, DMat4::IDENTITY)).collect(),
+        let enter = |transform| move |node| Step::Enter(node, transform);
+        let mut waiting: Vec<Step> = match scene {
+            Some(scene) => scene.nodes().map(enter(DMat4::IDENTITY)).collect(),
             // A mesh library without a scene.
             None => {
                 for mesh in document.meshes() {
@@ -125,7 +154,14 @@ impl Reader<'_> {
             }
         };
         waiting.reverse();
-        while let Some((node, above)) = waiting.pop() {
+        while let Some(step) = waiting.pop() {
+            let (node, above) = match step {
+                Step::Enter(node, above) => (node, above),
+                Step::Leave(part) => {
+                    self.parts[part].elements.end = self.counts();
+                    continue;
+                }
+            };
             if !self.visited.insert(node.index()) {
                 let place = format!("node {}", node.index());
                 let problem = "has two parents or is its own ancestor; expected a tree";
@@ -133,17 +169,36 @@ impl Reader<'_> {
             }
             let own = Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
             let transform = above * own;
+            let begin = self.counts();
             if let Some(mesh) = node.mesh() {
                 self.mesh(&mesh, transform)?;
             }
+            if let Some(name) = named(node.name()) {
+                self.parts.push(Part {
+                    label: Label::Object(name),
+                    elements: begin..self.counts(),
+                });
+                if node.mesh().is_none() {
+                    waiting.push(Step::Leave(self.parts.len() - 1));
+                }
+            }
             let first = waiting.len();
-            waiting.extend(node.children().map(|child| (child, transform)));
+            waiting.extend(node.children().map(enter(transform)));
             waiting[first..].reverse();
         }
         Ok(())
     }
 
+    fn counts(&self) -> Counts {
+        Counts {
+            triangles: self.surface.triangles.len(),
+            ignored: self.other_primitives,
+            ..Counts::default()
+        }
+    }
+
     fn mesh(&mut self, mesh: &gltf::Mesh, transform: DMat4) -> Result<(), MeshError> {
+        let begin = self.counts();
         for primitive in mesh.primitives() {
             let name = mesh
                 .name()
@@ -152,6 +207,12 @@ impl Reader<'_> {
             let place = format!("mesh {mesh}{name}, primitive {number}");
             self.primitive(&primitive, transform)
                 .map_err(|problem| content(self.file, place, problem))?;
+        }
+        if let Some(name) = self.mesh_names.get(mesh.index()).and_then(Clone::clone) {
+            self.parts.push(Part {
+                label: Label::Mesh(name),
+                elements: begin..self.counts(),
+            });
         }
         Ok(())
     }

@@ -1,21 +1,37 @@
 //! Wavefront OBJ: `v` with `f`, or with `l` in a file without faces; everything else is ignored.
 //!
 //! Polygons are split into triangle fans from their first corner. A corner may be `v`, `v/vt`,
-//! `v//vn` or `v/vt/vn`; a negative index is relative to the last vertex so far.
+//! `v//vn` or `v/vt/vn`; a negative index is relative to the last vertex so far. Objects (`o`) and
+//! groups (`g`) are parts, each up to the next of its kind.
 
 use glam::DVec3;
 
-use super::text::{Word, Words, decode};
+use super::{
+    parts::{Counts, Label, Named, Part, Parts},
+    text::{Word, Words, decode},
+};
 use crate::{CurveMesh, FileMesh, MeshError, SurfaceMesh};
 
-pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
+/// Note about what is ignored.
+const IGNORED: &str = "points, lines, curves or patches ignored";
+
+pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
     let text = decode(file, bytes)?;
     let mut words = Words::new(file, &text);
     let mut surface = SurfaceMesh::default();
     let mut segments = Vec::new();
     let (mut curves, mut other_elements) = (0_usize, 0_usize);
+    let mut parts: Vec<Part> = Vec::new();
+    // The object and the groups of the next element.
+    let mut open = [None, None];
     let end = loop {
         let keyword = words.next();
+        let counts = Counts {
+            triangles: surface.triangles.len(),
+            segments: segments.len(),
+            lines: curves,
+            ignored: other_elements,
+        };
         match keyword.text {
             Some("v") => surface.vertices.push(words.point()?),
             Some("f") => face(&mut words, keyword, &mut surface)?,
@@ -31,8 +47,27 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
                 curves += 1;
             }
             Some("p" | "curv" | "surf") => other_elements += 1,
+            Some(kind @ ("o" | "g")) => {
+                let is_group = kind == "g";
+                let name = words.rest_of_line();
+                let part = (!name.is_empty()).then(|| Part {
+                    label: match is_group {
+                        true => Label::Groups(name.into()),
+                        false => Label::Object(name.into()),
+                    },
+                    elements: counts..counts,
+                });
+                let open = &mut open[usize::from(is_group)];
+                close(open, counts, &mut parts);
+                *open = part;
+            }
             Some(_) => {}
-            None => break keyword,
+            None => {
+                for part in &mut open {
+                    close(part, counts, &mut parts);
+                }
+                break keyword;
+            }
         }
         skip(&mut words);
     };
@@ -44,18 +79,36 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
         other_elements += curves;
     }
     if other_elements > 0 {
-        let note = format!("points, lines, curves or patches ignored: {other_elements}");
-        surface.notes.push(note);
+        surface.notes.push(format!("{IGNORED}: {other_elements}"));
     }
-    Ok(if has_faces {
-        FileMesh::Surface(surface)
+    let (whole, segments) = if has_faces {
+        (FileMesh::Surface(surface), segments)
     } else {
-        FileMesh::Curves(CurveMesh {
+        let curves = CurveMesh {
             vertices: surface.vertices,
             segments,
             notes: surface.notes,
-        })
+        };
+        (FileMesh::Curves(curves), Vec::new())
+    };
+    Ok(Parts {
+        file: file.into(),
+        whole,
+        segments,
+        named: Some(Named {
+            parts,
+            notes: Vec::new(),
+            ignored: IGNORED,
+        }),
     })
+}
+
+/// Ends a part.
+fn close(open: &mut Option<Part>, end: Counts, parts: &mut Vec<Part>) {
+    if let Some(mut part) = open.take() {
+        part.elements.end = end;
+        parts.push(part);
+    }
 }
 
 /// Next word of a line; a backslash at the end continues the line.

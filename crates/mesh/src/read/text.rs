@@ -109,6 +109,8 @@ pub struct Words<'a> {
     file: &'a str,
     lines: std::iter::Enumerate<std::str::Lines<'a>>,
     line: usize,
+    /// The line, with its comment.
+    text: &'a str,
     rest: std::str::SplitWhitespace<'a>,
 }
 
@@ -118,6 +120,7 @@ impl<'a> Words<'a> {
             file,
             lines: text.lines().enumerate(),
             line: 1,
+            text: "",
             rest: "".split_whitespace(),
         }
     }
@@ -132,6 +135,7 @@ impl<'a> Words<'a> {
                 return self.word(None);
             };
             self.line = index + 1;
+            self.text = line;
             let before_comment = line.split_once('#').map_or(line, |(before, _)| before);
             self.rest = before_comment.split_whitespace();
         }
@@ -141,6 +145,25 @@ impl<'a> Words<'a> {
     pub fn next_in_line(&mut self) -> Option<Word<'a>> {
         let text = self.rest.next()?;
         Some(self.word(Some(text)))
+    }
+
+    /// The line after its first word, as a name: with spaces within, and with a `#` that is not the
+    /// start of a word. Does not advance.
+    pub fn rest_of_line(&self) -> &'a str {
+        let text = self.text.trim_start();
+        let after_keyword = text.find(char::is_whitespace).unwrap_or(text.len());
+        let rest = &text[after_keyword..];
+        let mut starts_word = false;
+        let end = rest.find(|c: char| {
+            let is_comment = c == '#' && starts_word;
+            starts_word = c.is_whitespace();
+            is_comment
+        });
+        let name = rest[..end.unwrap_or(rest.len())].trim();
+        // The line goes on in the next one.
+        let continued = name.strip_suffix('\\');
+        let whole = |name: &&str| name.is_empty() || name.ends_with(char::is_whitespace);
+        continued.filter(whole).unwrap_or(name).trim_end()
     }
 
     /// Skips the rest of the line.

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use crate::{
     mesh::{MeshError, Primitive, SoftMesh, read},
     sandbox::{panel::Addition, ui::message::capitalised},
-    scene::{MeshSpec, asset, mesh_file, save::MeshSource},
+    scene::{MeshSpec, PartBounds, asset, mesh_file, save::MeshSource},
 };
 
 /// Fineness of a mesh.
@@ -72,6 +72,8 @@ impl Source {
         let (mut soft, options) = mesh_file::fit(mesh, size, detail.cells())?;
         let source = MeshSource::File(MeshSpec {
             file: self.file(),
+            part: None,
+            bounds: PartBounds::default(),
             size: options.size,
             cells: options.cells,
             treatment: options.treatment,
