@@ -1,7 +1,7 @@
 //! Throughput of the solver on this machine, and the limits of the hardware.
 //!
-//! Every body of [`cases`] is stepped on one thread and on all threads, in turn with the
-//! measurements of memory and arithmetic in [`roofline`], round by round, so that other load on the
+//! Every body of [`Case`] is stepped on one thread and on all threads, in turn with the
+//! measurements of memory and arithmetic in [`Roofline`], round by round, so that other load on the
 //! machine affects all figures equally. A [`Report`] holds medians with their spread, as a table
 //! and as JSON; [`plot`] draws it.
 //!

@@ -5,7 +5,7 @@ use clap::Args;
 use pliant::{
     scene::Scene,
     torture::{
-        Advice, CASES, Job, Options, Outcome, SuiteRow, advice, jobs, report,
+        Advice, CASES, Figure, Job, Options, Outcome, SuiteRow, advice, jobs, report,
         run::Crews,
         scene, suite,
         table::{self, number},
@@ -32,7 +32,7 @@ pub struct TortureCommand {
 
     /// Run this scene instead, built-in or a file, with its own substeps, with half, with twice as many and
     /// with one, and with four times its iterations, for the time of its acceptance
-    #[arg(long, value_name = "SCENE", conflicts_with_all = ["cases", "quick", "mixtures", "member", "list", "advise", "report"])]
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["cases", "quick", "mixtures", "member", "list", "advise", "report", "threads"])]
     scene: Option<String>,
 
     /// Run smaller bodies and fewer combinations
@@ -134,17 +134,59 @@ fn run_scene(name: &str, json: bool) -> anyhow::Result<ExitCode> {
     let current = Scene::load(name)?;
     let world = current.scene.build()?.world;
     let seconds = current.scene.acceptance.seconds;
-    let rows = [scene::run(&current.name, &world, seconds)?];
+    let bar = progress_bar();
+    let progress = |done: f64| bar.set_position((done * 1000.0) as u64);
+    let row = scene::run(&current.name, &world, seconds, &progress)?;
+    bar.finish_and_clear();
     if json {
-        say_line(serde_json::to_string_pretty(&table::json(&rows))?)?;
-        return Ok(verdict(&rows));
+        say_line(serde_json::to_string_pretty(&scene_json(&row))?)?;
+        return Ok(verdict(&[row]));
     }
-    for outcome in &rows[0].outcomes {
-        say_line(&outcome.member)?;
+    for outcome in &row.outcomes {
+        say_line(in_settings(outcome))?;
         say(figures(outcome))?;
     }
-    say_line(table::verdict(&rows[0]))?;
-    Ok(verdict(&rows))
+    let (failed, all) = (row.failed(), row.outcomes.len());
+    say_line(match failed {
+        0 => format!("Passes with all {all} settings."),
+        failed => format!("Fails with {failed} of {all} settings."),
+    })?;
+    Ok(verdict(&[row]))
+}
+
+/// The settings of a member of a scene in words.
+fn in_settings(outcome: &Outcome) -> String {
+    let plural = |n: u32, unit: &str| format!("{n} {unit}{}", if n == 1 { "" } else { "s" });
+    let substeps = plural(outcome.member.substeps, "substep");
+    format!(
+        "{substeps}, {}:",
+        plural(outcome.member.iterations, "iteration")
+    )
+}
+
+fn scene_json(row: &SuiteRow) -> Value {
+    let figure = |figure: &Figure| {
+        json!({
+            "measure": figure.name,
+            "figure": figure.value,
+            "limit": figure.limit,
+            "unit": figure.unit,
+            "passed": figure.holds(),
+        })
+    };
+    let object = |outcome: &Outcome| {
+        json!({
+            "substeps": outcome.member.substeps,
+            "iterations": outcome.member.iterations,
+            "passed": outcome.passed(),
+            "figures": outcome.figures.iter().map(figure).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "scene": row.case.name,
+        "passed": row.passed(),
+        "settings": row.outcomes.iter().map(object).collect::<Vec<_>>(),
+    })
 }
 
 fn list(jobs: &[Job]) -> anyhow::Result<ExitCode> {

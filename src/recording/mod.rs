@@ -4,7 +4,7 @@
 //!   pins and grabs, which bodies sleep or are in quarantine, colliders, settings, and the clock. A
 //!   simulation that continues from it is bit-identical to one that was not interrupted.
 //! - A recording is the state at the start of a scene, every later action with its tick, and hashes
-//!   of the state. [`Recorder`] writes it during the run; [`replay`](mod@replay) repeats the run on
+//!   of the state. [`Recorder`] writes it during the run; [`replay`](fn@replay) repeats the run on
 //!   any number of threads and compares the hashes.
 //!
 //! Both files are self-contained: neither needs the scene file or its meshes. A recording is text,

@@ -1,28 +1,20 @@
-//! The drawn form of grains: a sphere of triangles around each point, placed by the processor, or by the
-//! graphics card in [`GrainBuffer`].
+//! The drawn form of grains: a sphere of triangles around each point. It is written into the mesh of the
+//! body, or moved by a vertex shader with [`GrainPositions`].
 
-use bevy::{
-    math::primitives::Sphere, mesh::VertexAttributeValues, prelude::*,
-    render::storage::ShaderBuffer,
-};
+use bevy::{math::primitives::Sphere, mesh::VertexAttributeValues, prelude::*};
 
-/// A body of grains that the graphics card draws at the places in this buffer: one `vec4<f32>` for
-/// each grain, its center in `xyz` relative to the transform of the body and its radius in `w` [m].
+/// Centers of grains relative to the transform of their body, in `xyz`, and their radii in `w` [m], for a
+/// material that moves them on the graphics card. Written in every frame in which the body moves.
 ///
-/// Without it, the spheres are written into the mesh in every frame, for any material. With it, the
-/// mesh never changes: 16 bytes per grain are written instead of 530 to 1970, those of its vertices and
-/// indices. It requires a material whose vertex shader reads the buffer. Positions of the mesh are those of
-/// a unit sphere around the origin, and `uv.x` is the number of the grain.
-#[derive(Component, Debug, Clone, PartialEq, Eq)]
-pub struct GrainBuffer(pub Handle<ShaderBuffer>);
-
-impl GrainBuffer {
-    /// A buffer for a number of grains, without any until the body is drawn.
-    #[must_use]
-    pub fn new(grains: usize, buffers: &mut Assets<ShaderBuffer>) -> Self {
-        Self(buffers.add(vec![Vec4::ZERO; grains.max(1)]))
-    }
-}
+/// Without this component, the spheres of grains are written into the mesh of the body, for any material.
+/// With it, the mesh consists of unit spheres around the origin and stays as it is; `uv.x` is the number of
+/// the grain. A vertex shader scales and moves each sphere, in the main pass and in the prepass, which
+/// draws shadows. 16 bytes per grain are written instead of 530 to 1970, those of its vertices and indices.
+///
+/// There are at least as many entries as grains, so that the number seldom changes while grains are
+/// emitted; further ones have the radius 0.
+#[derive(Component, Debug, Clone, Default, PartialEq)]
+pub struct GrainPositions(pub Vec<Vec4>);
 
 /// Bodies with at most this number of grains have spheres of 80 triangles; others of 20.
 const FINE: usize = 4000;
@@ -77,19 +69,6 @@ impl Balls {
         points.flat_map(of_point).collect()
     }
 
-    /// Positions and texture coordinates of the vertices of a mesh for a [`GrainBuffer`].
-    #[must_use]
-    pub fn unplaced(&self) -> (Vec<[f32; 3]>, Vec<[f32; 2]>) {
-        let numbers = 0..self.radii.len() as u32;
-        // Exact below 2²⁴ grains.
-        let vertices = numbers.flat_map(|grain| {
-            let of_grain = [grain as f32, 0.0];
-            let directions = self.directions.iter();
-            directions.map(move |direction| (direction.to_array(), of_grain))
-        });
-        vertices.unzip()
-    }
-
     /// Writes positions and normals of the drawn vertices for the given points.
     pub fn draw(&self, points: &[Vec3], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
         let each = self.directions.len().max(1);
@@ -103,6 +82,32 @@ impl Balls {
                 *position = (center + direction * radius).to_array();
                 *normal = direction.to_array();
             }
+        }
+    }
+}
+
+/// Spheres of radius 1 around the origin.
+#[derive(Debug)]
+pub struct UnitSpheres {
+    /// Positions, which are also the normals.
+    pub positions: Vec<[f32; 3]>,
+    /// Texture coordinates: the number of the sphere, exact below 2²⁴, and 0.
+    pub grains: Vec<[f32; 2]>,
+    /// Triangles over the vertices.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl UnitSpheres {
+    /// A number of spheres.
+    #[must_use]
+    pub fn new(count: usize) -> Self {
+        let balls = Balls::new(vec![1.0; count]);
+        let directions = balls.directions.iter().map(|it| it.to_array());
+        let vertices = directions.len();
+        Self {
+            positions: directions.cycle().take(count * vertices).collect(),
+            grains: balls.copies().iter().map(|&it| [it as f32, 0.0]).collect(),
+            triangles: balls.triangles(),
         }
     }
 }
@@ -161,26 +166,35 @@ mod tests {
         }
     }
 
-    /// What a vertex shader makes of the mesh and the buffer is what is drawn without them.
+    /// What a vertex shader makes of the mesh and the positions is what is drawn without them.
     #[test]
-    fn unplaced_spheres_become_the_balls_at_their_places() {
+    fn unit_spheres_at_the_positions_of_grains_are_their_balls() {
         let radii = vec![0.1, 0.3];
-        let outline = Outline::grains(radii.clone());
-        let mut drawn = Drawn::buffered(Arc::new(outline));
+        let mut drawn = Drawn::of_grains(Arc::new(Outline::grains(radii.clone())), 3);
         drawn.points = vec![Vec3::ZERO, Vec3::X];
         drawn.origin = Vec3::Y;
-        let places = drawn.places().expect("grains");
+        let mut grains = GrainPositions::default();
+        drawn.write_grains(&mut grains);
+        assert_eq!(grains.0.len(), 3);
+        assert_eq!(grains.0[2], Vec4::ZERO);
 
         let balls = Balls::new(radii);
         let mut positions = vec![[f32::NAN; 3]; balls.vertices()];
         let mut normals = positions.clone();
         balls.draw(&drawn.points, &mut positions, &mut normals);
-        let (unit, numbers) = balls.unplaced();
-        assert_eq!(unit, normals);
+        let UnitSpheres {
+            positions: unit,
+            grains: numbers,
+            triangles,
+        } = UnitSpheres::new(3);
+        assert_eq!(unit[..normals.len()], normals);
+        assert_eq!(triangles[..160], balls.triangles());
+        assert_eq!(unit.len(), 3 * 42);
         for ((unit, [number, _]), position) in unit.iter().zip(numbers).zip(positions) {
-            let place = places[number as usize];
-            let placed = place.truncate() + place.w * Vec3::from(*unit) + drawn.origin;
+            let grain = grains.0[number as usize];
+            let placed = grain.truncate() + grain.w * Vec3::from(*unit) + drawn.origin;
             assert!(placed.distance(Vec3::from(position)) < 1e-6);
         }
+        assert_eq!(drawn.copies().len(), 3 * 42);
     }
 }

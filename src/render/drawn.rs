@@ -3,7 +3,12 @@
 //! Picking, framing, dragging and overlays use it instead of the simulation state, so that they
 //! agree with the picture.
 
-use super::{balls::Balls, body_mesh::OwnMesh, surface::Surface, tube::Tube};
+use super::{
+    balls::{Balls, GrainPositions, UnitSpheres},
+    body_mesh::OwnMesh,
+    surface::Surface,
+    tube::Tube,
+};
 use bevy::{
     asset::RenderAssetUsages,
     camera::primitives::Aabb,
@@ -91,24 +96,6 @@ impl Outline {
         }
     }
 
-    /// A mesh of unit spheres for a [`GrainBuffer`](super::GrainBuffer); `None` if it has no grains.
-    #[must_use]
-    pub(super) fn mesh_of_unplaced_grains(&self) -> Option<Mesh> {
-        let Form::Balls(balls) = &self.form else {
-            return None;
-        };
-        let (positions, grains) = balls.unplaced();
-        let mesh = Mesh::new(
-            PrimitiveTopology::TriangleList,
-            RenderAssetUsages::default(),
-        )
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, positions.clone())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, grains)
-        .with_inserted_indices(Indices::U32(balls.triangles().into_flattened()));
-        Some(mesh)
-    }
-
     /// A mesh with space for the drawn vertices, at the origin, or at rest for a mesh of the app.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
@@ -184,8 +171,8 @@ pub struct Drawn {
     pub high: Vec3,
     /// Origin of its mesh [m]: the mean of the particles of a body whose `Transform` follows it, else 0.
     pub origin: Vec3,
-    /// Whether the graphics card places its grains.
-    buffered: bool,
+    /// Number of unit spheres of its mesh, if a vertex shader moves them.
+    spheres: Option<usize>,
     /// Drawn vertices, reused from frame to frame to avoid allocations.
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -203,13 +190,31 @@ impl Drawn {
         }
     }
 
-    /// A body of grains that the graphics card places, see [`GrainBuffer`](super::GrainBuffer).
+    /// A body of grains with [`GrainPositions`] and a mesh of at least as many spheres.
     #[must_use]
-    pub(super) fn buffered(outline: Arc<Outline>) -> Self {
+    pub(super) fn of_grains(outline: Arc<Outline>, spheres: usize) -> Self {
         Self {
-            buffered: true,
+            spheres: Some(spheres),
             ..Self::new(outline)
         }
+    }
+
+    /// Number of unit spheres of its mesh, if it has [`GrainPositions`].
+    #[must_use]
+    pub(super) fn spheres(&self) -> Option<usize> {
+        self.spheres
+    }
+
+    /// For each vertex of its mesh, the point that it belongs to; for spheres without a grain, the last.
+    #[must_use]
+    pub fn copies(&self) -> Cow<'_, [u32]> {
+        let Some(spheres) = self.spheres else {
+            return self.outline.copies();
+        };
+        let mut copies = Balls::new(vec![1.0; spheres]).copies();
+        let last = self.outline.radii.len().saturating_sub(1) as u32;
+        copies.iter_mut().for_each(|it| *it = last.min(*it));
+        Cow::Owned(copies)
     }
 
     /// Center of the bounding box [m].
@@ -225,7 +230,7 @@ impl Drawn {
             |(low, high), &point| (low.min(point), high.max(point)),
         );
         (self.low, self.high) = (low - self.outline.radius, high + self.outline.radius);
-        if self.buffered {
+        if self.spheres.is_some() {
             return;
         }
         let count = match &self.outline.form {
@@ -246,11 +251,15 @@ impl Drawn {
         Aabb::from_min_max(self.low - self.origin, self.high - self.origin)
     }
 
-    /// Centers from its origin, and radii, of grains that the graphics card places [m].
-    pub(super) fn places(&self) -> Option<Vec<Vec4>> {
+    /// Writes centers and radii of its grains.
+    pub(super) fn write_grains(&self, grains: &mut GrainPositions) {
         let balls = self.points.iter().zip(&self.outline.radii);
-        let place = |(&center, &radius): (&Vec3, &f32)| (center - self.origin).extend(radius);
-        self.buffered.then(|| balls.map(place).collect())
+        let grain = |(&center, &radius): (&Vec3, &f32)| (center - self.origin).extend(radius);
+        grains.0.clear();
+        grains.0.extend(balls.map(grain));
+        grains
+            .0
+            .resize(self.spheres.unwrap_or_default(), Vec4::ZERO);
     }
 
     /// Copies positions, from its origin, and normals into a mesh of [`Outline::mesh`].
@@ -275,4 +284,18 @@ impl Drawn {
             }
         }
     }
+}
+
+/// A mesh of unit spheres, for [`GrainPositions`].
+#[must_use]
+pub(super) fn mesh_of_spheres(count: usize) -> Mesh {
+    let spheres = UnitSpheres::new(count);
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, spheres.positions.clone())
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, spheres.positions)
+    .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, spheres.grains)
+    .with_inserted_indices(Indices::U32(spheres.triangles.into_flattened()))
 }

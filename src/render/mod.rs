@@ -12,8 +12,8 @@
 //! Every [`SoftBody`] gets a [`Mesh3d`]; give it a material (`MeshMaterial3d`) to see it. Each
 //! frame its surface is interpolated between the last two ticks and written into the mesh with its
 //! normals. A body that has not moved since the last frame costs nothing. [`BodyMesh`] draws a body with
-//! a mesh of the app instead, with its texture coordinates; [`GrainBuffer`] lets the graphics card place
-//! grains, for materials that read it.
+//! a mesh of the app instead, with its texture coordinates; [`GrainPositions`] lets a material move
+//! grains on the graphics card.
 //!
 //! A body that is spawned with a [`Transform`] starts there, turned and moved, also as a child of
 //! another entity. Afterwards its transform follows the mean of its particles, without turning, so
@@ -33,7 +33,7 @@ mod surface;
 mod tube;
 
 pub use attach::AttachTo;
-pub use balls::GrainBuffer;
+pub use balls::GrainPositions;
 pub use body_mesh::BodyMesh;
 pub use drawn::{Drawn, Outline};
 pub use follow::FollowTransform;
@@ -51,9 +51,9 @@ use bevy::{
         visibility::{NoAutoAabb, VisibilitySystems},
     },
     prelude::*,
-    render::storage::ShaderBuffer,
 };
 use body_mesh::OwnMesh;
+use drawn::mesh_of_spheres;
 use placement::HasTransform;
 use std::sync::Arc;
 use surface::{CREASE, ROUND};
@@ -108,8 +108,8 @@ struct Shown {
     skin: Option<Arc<Skin>>,
     /// The mesh of the app.
     mesh: Option<Arc<Mesh>>,
-    /// The buffer of the places of grains.
-    buffer: Option<GrainBuffer>,
+    /// Whether it has positions of grains.
+    has_positions: bool,
 }
 
 /// Adds a mesh to new bodies.
@@ -121,32 +121,30 @@ fn make(
             &SoftBody,
             Option<&BodySkin>,
             Option<&Rod>,
-            (Option<&BodyMesh>, Option<&GrainBuffer>),
+            (Option<&BodyMesh>, Has<GrainPositions>),
         ),
         Without<Drawn>,
     >,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (entity, body, skin, rod, (own, buffer)) in &new {
-        let (drawn, mesh) = drawn(outline(&body.0, skin, rod, own), buffer);
+    for (entity, body, skin, rod, (own, has_positions)) in &new {
+        let outline = Arc::new(outline(&body.0, skin, rod, own));
+        let (drawn, mesh) = match has_positions && !outline.radii.is_empty() {
+            true => {
+                let spheres = outline.radii.len();
+                (Drawn::of_grains(outline, spheres), mesh_of_spheres(spheres))
+            }
+            false => {
+                let mesh = outline.mesh();
+                (Drawn::new(outline), mesh)
+            }
+        };
+        let shown = Shown::of(body, skin, own, has_positions);
         commands.entity(entity).insert((
             Mesh3d(meshes.add(mesh)),
-            (drawn, Shown::of(body, skin, own, buffer)),
+            (drawn, shown),
             (Aabb::default(), NoAutoAabb),
         ));
-    }
-}
-
-/// A body with this outline that is not placed yet, and its mesh.
-fn drawn(outline: Outline, buffer: Option<&GrainBuffer>) -> (Drawn, Mesh) {
-    let outline = Arc::new(outline);
-    let unplaced = buffer.and_then(|_| outline.mesh_of_unplaced_grains());
-    match unplaced {
-        Some(mesh) => (Drawn::buffered(outline), mesh),
-        None => {
-            let mesh = outline.mesh();
-            (Drawn::new(outline), mesh)
-        }
     }
 }
 
@@ -157,24 +155,39 @@ fn redraw(
         &SoftBody,
         Option<&BodySkin>,
         Option<Ref<Rod>>,
-        (Option<&BodyMesh>, Option<&GrainBuffer>),
+        (Option<&BodyMesh>, Has<GrainPositions>),
         (&mut Drawn, &mut Shown, &Mesh3d),
     )>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (body, skin, rod, (own, buffer), (mut drawn, mut shown, mesh)) in &mut bodies {
+    for (body, skin, rod, (own, has_positions), (mut drawn, mut shown, mesh)) in &mut bodies {
         let is_thicker = rod.as_ref().is_some_and(|rod| rod.is_changed()) && !drawn.is_added();
-        if !is_thicker && shown.shows(body, skin, own, buffer) {
+        if !is_thicker && shown.shows(body, skin, own, has_positions) {
             continue;
         }
-        let outline = outline(&body.0, skin, rod.as_deref(), own);
-        let (new, new_mesh) = self::drawn(outline, buffer);
+        let outline = Arc::new(outline(&body.0, skin, rod.as_deref(), own));
+        let grains = outline.radii.len();
+        let (now, new_mesh) = match drawn.spheres().filter(|_| has_positions) {
+            // Emitters add grains in every tick: the mesh is seldom replaced.
+            Some(spheres) if grains <= spheres => (Drawn::of_grains(outline, spheres), None),
+            known if has_positions && grains > 0 => {
+                let spheres = known.map_or(grains, |_| grains.next_power_of_two());
+                let mesh = mesh_of_spheres(spheres);
+                (Drawn::of_grains(outline, spheres), Some(mesh))
+            }
+            _ => {
+                let mesh = outline.mesh();
+                (Drawn::new(outline), Some(mesh))
+            }
+        };
         // The same asset, which others may refer to.
-        if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
+        if let Some(new_mesh) = new_mesh
+            && let Some(mut mesh) = meshes.get_mut(&mesh.0)
+        {
             *mesh = new_mesh;
         }
-        *drawn = new;
-        *shown = Shown::of(body, skin, own, buffer);
+        *drawn = now;
+        *shown = Shown::of(body, skin, own, has_positions);
     }
 }
 
@@ -183,24 +196,24 @@ impl Shown {
         body: &SoftBody,
         skin: Option<&BodySkin>,
         own: Option<&BodyMesh>,
-        buffer: Option<&GrainBuffer>,
+        has_positions: bool,
     ) -> Self {
         Self {
             topology: Some(body.id()),
             skin: skin.map(|skin| Arc::clone(&skin.0)),
             mesh: own.map(|own| Arc::clone(own.shared())),
-            buffer: buffer.cloned(),
+            has_positions,
             ..Self::default()
         }
     }
 
-    /// Whether it is of this topology, skin, mesh and buffer.
+    /// Whether it is of this topology, skin and mesh, with positions of grains or without.
     fn shows(
         &self,
         body: &SoftBody,
         skin: Option<&BodySkin>,
         own: Option<&BodyMesh>,
-        buffer: Option<&GrainBuffer>,
+        has_positions: bool,
     ) -> bool {
         let same_skin = match (&self.skin, skin) {
             (Some(shown), Some(now)) => Arc::ptr_eq(shown, &now.0),
@@ -210,8 +223,8 @@ impl Shown {
             (Some(shown), Some(now)) => Arc::ptr_eq(shown, now.shared()),
             (shown, now) => shown.is_none() && now.is_none(),
         };
-        let same_buffer = self.buffer.as_ref() == buffer;
-        same_skin && same_mesh && same_buffer && self.topology == Some(body.id())
+        let same_form = same_skin && same_mesh && self.has_positions == has_positions;
+        same_form && self.topology == Some(body.id())
     }
 }
 
@@ -331,24 +344,16 @@ pub fn place(
     drawn.refresh();
 }
 
-/// Copies the interpolated surfaces into the meshes, and the places of grains into their buffers.
+/// Copies the interpolated surfaces into the meshes, or the positions of grains.
 fn upload(
-    mut bodies: Query<(&Drawn, &Mesh3d, Option<&GrainBuffer>, &mut Aabb), Changed<Drawn>>,
+    mut bodies: Query<(&Drawn, &Mesh3d, Option<&mut GrainPositions>, &mut Aabb), Changed<Drawn>>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut buffers: Option<ResMut<Assets<ShaderBuffer>>>,
 ) {
-    for (drawn, mesh, buffer, mut bounds) in &mut bodies {
-        if let Some(places) = drawn.places() {
-            if let Some(GrainBuffer(buffer)) = buffer
-                && let Some(buffers) = &mut buffers
-                && let Some(mut buffer) = buffers.get_mut(buffer)
-            {
-                buffer.set_data(places);
-            }
+    for (drawn, mesh, grains, mut bounds) in &mut bodies {
+        if let (Some(_), Some(mut grains)) = (drawn.spheres(), grains) {
+            drawn.write_grains(&mut grains);
         } else if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
             drawn.write(&mut mesh);
-        } else {
-            continue;
         }
         *bounds = drawn.bounds();
     }

@@ -12,13 +12,12 @@ use bevy::prelude::*;
 /// fn hear(mut started: MessageReader<ContactStarted>, contacts: Res<BodyContacts>) {
 ///     for message in started.read() {
 ///         let pair = contacts.pairs().find(|pair| pair.bodies == message.bodies);
-///         info!("a thud of {} N", pair.map_or(0.0, |pair| pair.normal_force));
+///         println!("a thud of {} N", pair.map_or(0.0, |pair| pair.normal_force));
 ///     }
 /// }
 /// # bevy::ecs::system::assert_is_system(hear);
 /// ```
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct ContactStarted {
     /// The bodies, in the order in which they were spawned.
     pub bodies: [Entity; 2],
@@ -26,7 +25,6 @@ pub struct ContactStarted {
 
 /// Two bodies no longer touch; or one of them is gone, in quarantine, or has no contact any more.
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct ContactEnded {
     /// The bodies, in the order in which they were spawned.
     pub bodies: [Entity; 2],

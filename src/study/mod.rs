@@ -9,7 +9,7 @@
 //! limit of mesh refinement. Springs and volumes have no Young's modulus, so many solids have no
 //! closed form, and none is substituted.
 //!
-//! Rest is found by [kinetic damping](rest). An unconverged solver rests in a softer state than the
+//! Rest is found by kinetic damping. An unconverged solver rests in a softer state than the
 //! requested compliance gives, and that is its error. Motion is compared at the times or over the
 //! periods that the problem specifies.
 //!

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Observe {
-    /// A quantity at rest; the state of rest is [found](rest) within this simulated time.
+    /// A quantity at rest; the state of rest is found within this simulated time.
     Rest {
         /// The quantity that is measured.
         quantity: Quantity,

@@ -83,7 +83,14 @@ pub fn advise(
             if direct && !solve_directly(&mut world) {
                 return Ok(None);
             }
-            let run = run_world(case, (failed.number, &member), world, crews, false);
+            let seconds = (case.seconds)(&member);
+            let run = run_world(
+                case,
+                (failed.number, &member),
+                (world, seconds),
+                crews,
+                false,
+            );
             run.map(Some)
         },
     )
@@ -112,7 +119,8 @@ pub fn advise_given(
         if direct && !solve_directly(&mut world) {
             return Ok(None);
         }
-        run_world(case, (1, &member), world, &crews, false).map(Some)
+        let seconds = (case.seconds)(&member);
+        run_world(case, (1, &member), (world, seconds), &crews, false).map(Some)
     })
 }
 

@@ -34,6 +34,9 @@ pub enum TortureError {
     /// A member was requested without exactly one case.
     #[error("`--member` needs exactly one case, as in `pliant torture squashed --member 17`")]
     WhichCase,
+    /// A scene has no bodies.
+    #[error("scene “{0}” has no bodies: there is nothing to test")]
+    NoBodies(String),
     /// The mesh of a shape cannot be built.
     #[error(transparent)]
     Mesh(#[from] MeshError),

@@ -129,8 +129,7 @@ impl fmt::Display for Member {
         if !self.variant.is_empty() {
             write!(f, ",{}", self.variant)?;
         }
-        // That of a scene is its time.
-        if self.value != plain.value && !matches!(self.shape, Shape::Given(_)) {
+        if self.value != plain.value {
             write!(f, ",value={}", self.value)?;
         }
         if self.scale != plain.scale {

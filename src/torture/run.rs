@@ -1,7 +1,7 @@
 //! Runs one member of a case.
 
 use super::{Case, Figure, Kind, Member, Shape, TortureError, watch::Watch};
-use crate::solver::{Body, Instructions, Settings, Threads, World, topology::Dimension};
+use crate::solver::{Body, Instructions, Settings, Threads, World};
 use std::time::Instant;
 
 /// A run for a case to judge.
@@ -87,17 +87,14 @@ pub fn run_member(
 ) -> Result<Outcome, TortureError> {
     let mut world = member.world()?;
     case.begin(member, &mut world)?;
-    run_world(case, (number, member), world, crews, film)
+    let seconds = (case.seconds)(member);
+    run_world(case, (number, member), (world, seconds), crews, film)
 }
 
 /// A user's body as a member.
 #[must_use]
 pub fn given(body: &Body, settings: Settings) -> Member {
-    let kind = match body.topology.dimension {
-        Dimension::Solid | Dimension::Grains => Kind::Tetrahedra,
-        Dimension::Sheet => Kind::Cloth,
-        Dimension::Line => Kind::Rope,
-    };
+    let kind = Kind::of(body.topology.dimension);
     Member {
         scale: body.topology.size,
         substeps: settings.substeps.get(),
@@ -113,7 +110,8 @@ pub fn given(body: &Body, settings: Settings) -> Member {
 /// [`TortureError`] if threads cannot be started.
 pub fn run_given(case: &Case, body: Body, settings: Settings) -> Result<Outcome, TortureError> {
     let (member, world) = prepared(case, body, settings)?;
-    run_world(case, (1, &member), world, &Crews::start()?, true)
+    let seconds = (case.seconds)(&member);
+    run_world(case, (1, &member), (world, seconds), &Crews::start()?, true)
 }
 
 /// The member for a user's body, and the initial world of the case.
@@ -149,7 +147,7 @@ pub fn prepared(
 pub(super) fn run_world(
     case: &Case,
     (number, member): (usize, &Member),
-    mut world: World,
+    (mut world, seconds): (World, f64),
     crews: &Crews,
     film: bool,
 ) -> Result<Outcome, TortureError> {
@@ -157,16 +155,16 @@ pub(super) fn run_world(
     let mut watch = Watch::new(&world, case.outside, film);
     let mut times = Vec::new();
     let (mut early, mut ticks) = (None, 0);
-    let end = (case.seconds)(member) * (1.0 - 1e-9);
+    let end = seconds * (1.0 - 1e-9);
     while world.time < end {
         (case.during)(member, &mut world)?;
         let clock = Instant::now();
         world.tick();
-        let seconds = clock.elapsed().as_secs_f64();
+        let elapsed = clock.elapsed().as_secs_f64();
         ticks += 1;
         // A tick in which all bodies sleep is not representative.
         if world.bodies.iter().any(|body| !body.asleep) {
-            times.push(seconds);
+            times.push(elapsed);
         }
         watch.see(&world);
         if ticks == COMPARED {

@@ -4,7 +4,7 @@ use super::TortureError;
 use crate::{
     mesh::{BuildOptions, Primitive, build},
     scene::asset,
-    solver::RestShape,
+    solver::{RestShape, topology::Dimension},
 };
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use std::fmt;
@@ -21,6 +21,16 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// The kind of a user's body: grains count as solids.
+    #[must_use]
+    pub const fn of(dimension: Dimension) -> Self {
+        match dimension {
+            Dimension::Solid | Dimension::Grains => Self::Tetrahedra,
+            Dimension::Sheet => Self::Cloth,
+            Dimension::Line => Self::Rope,
+        }
+    }
+
     /// All kinds.
     pub const ALL: [Self; 3] = [Self::Tetrahedra, Self::Cloth, Self::Rope];
 

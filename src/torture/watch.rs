@@ -5,7 +5,7 @@
 //! state to it.
 
 use super::{Figure, Outside, energy::Energy};
-use crate::solver::{Body, ElasticKind, Particles, World, measure};
+use crate::solver::{Body, ElasticKind, Particles, TopologyId, World, measure};
 use glam::{DVec3, Vec4};
 
 /// Half an ulp of 1 in f32: a number x is rounded by at most this times |x|.
@@ -41,7 +41,8 @@ pub struct Watch {
     free: bool,
     outside: Outside,
     momentum: Momentum,
-    pins: Vec<Vec<(usize, Vec4)>>,
+    /// Topology and pinned particles of each body at the start.
+    pins: Vec<(TopologyId, Vec<(usize, Vec4)>)>,
     pins_moved: f64,
     quarantined: usize,
     /// Largest number of crossings of surfaces in contact that were apart at the start.
@@ -104,7 +105,9 @@ impl Watch {
                 gravity: world.settings.gravity.as_dvec3(),
                 ..Momentum::default()
             },
-            pins: bodies().map(|body| pinned(&body.particles)).collect(),
+            pins: bodies()
+                .map(|body| (body.topology.id(), pinned(&body.particles)))
+                .collect(),
             pins_moved: 0.0,
             quarantined: 0,
             crossings: bodies().any(|body| body.effects.can_touch()).then_some(0),
@@ -158,13 +161,7 @@ impl Watch {
             *end = (world.time, positions());
         }
         self.moments.push(moment);
-        for (body, pins) in world.bodies.iter().zip(&self.pins) {
-            for &(particle, place) in pins {
-                let now = body.particles.positions[particle];
-                let moved = (now - place).truncate().as_dvec3().length();
-                self.pins_moved = self.pins_moved.max(moved);
-            }
-        }
+        self.pins_moved = self.pins_moved.max(self.way_of_pins(world));
         let caught = world.bodies.iter().filter(|body| body.quarantine.is_some());
         self.quarantined = self.quarantined.max(caught.count());
         if let Some(crossings) = &mut self.crossings {
@@ -192,6 +189,33 @@ impl Watch {
         }
     }
 
+    /// Largest distance of a pin from its place at the start [m]. Where bodies or particles have come, gone
+    /// or been split since, it is that to the nearest of these places.
+    fn way_of_pins(&self, world: &World) -> f64 {
+        let distance = |a: Vec4, b: Vec4| (a - b).truncate().as_dvec3().length();
+        let same_bodies = world.bodies.len() == self.pins.len();
+        let mut most = 0.0_f64;
+        for (number, body) in world.bodies.iter().enumerate() {
+            let x = &body.particles.positions;
+            let known = self.pins.get(number).filter(|_| same_bodies);
+            if let Some((topology, pins)) = known
+                && *topology == body.topology.id()
+            {
+                let ways = pins
+                    .iter()
+                    .map(|&(particle, place)| distance(x[particle], place));
+                most = ways.fold(most, f64::max);
+                continue;
+            }
+            for (_, now) in pinned(&body.particles) {
+                let places = self.pins.iter().flat_map(|(_, pins)| pins);
+                let ways = places.map(|&(_, place)| distance(now, place));
+                most = most.max(ways.fold(f64::INFINITY, f64::min));
+            }
+        }
+        most
+    }
+
     /// The universal figures.
     #[must_use]
     pub fn figures(&self) -> Vec<Figure> {
@@ -203,7 +227,7 @@ impl Watch {
                 "bodies",
             ));
         }
-        if self.pins.iter().any(|pins| !pins.is_empty()) {
+        if self.pins.iter().any(|(_, pins)| !pins.is_empty()) {
             figures.push(Figure::new("way of the pins", self.pins_moved, 0.0, "m"));
         }
         if let Some(crossings) = self.crossings {

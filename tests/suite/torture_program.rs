@@ -132,23 +132,46 @@ fn advice_names_the_cheapest_settings_that_pass() {
 fn a_scene_is_a_case_with_coarser_and_finer_settings() {
     let output = torture(&["--scene", "hanging_chain", "--json"]);
     assert!(output.status.success(), "{}", words(&output.stdout));
-    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(rows[0]["case"], "hanging_chain");
-    assert_eq!(rows[0]["members"], 5);
-    assert_eq!(rows[0]["passed"], true);
+    let scene: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(scene["scene"], "hanging_chain");
+    assert_eq!(scene["passed"], true);
+    let settings = scene["settings"].as_array().expect("an array");
+    let steps = |it: &Value| (it["substeps"].as_u64(), it["iterations"].as_u64());
+    let steps: Vec<_> = settings.iter().map(steps).collect();
+    let expected = [(10, 20), (5, 20), (20, 20), (1, 20), (10, 80)];
+    assert_eq!(steps, expected.map(|(n, k)| (Some(n), Some(k))));
 
     let text = words(&torture(&["--scene", "hanging_chain"]).stdout);
     assert!(text.contains("way of the pins"), "{text}");
-    assert!(text.contains("steps=1x1"), "{text}");
+    assert!(text.contains("1 substep, 20 iterations:"), "{text}");
+    assert!(text.ends_with("Passes with all 5 settings.\n"), "{text}");
+}
+
+/// A split renumbers the particles behind it: pins are still found at their places.
+#[test]
+fn pins_of_a_body_that_tears_do_not_move() {
+    let current = Scene::load("torn_banner").expect("built in");
+    let mut world = current.scene.build().expect("sound").world;
+    let particles = world.bodies[0].particles.len();
+    let row = scene::run("torn_banner", &world, 2.0, &|_| ()).expect("it runs");
+    (0..120).for_each(|_| world.tick());
+    assert!(world.bodies[0].particles.len() > particles, "it tears");
+    let figures = row.outcomes.iter().flat_map(|outcome| &outcome.figures);
+    let mut ways = figures.filter(|figure| figure.name == "way of the pins");
+    assert!(ways.all(|figure| figure.value == 0.0));
 }
 
 #[test]
-fn a_scene_with_a_body_that_is_not_finite_fails() {
+fn a_scene_with_a_body_that_is_not_finite_fails_and_one_without_bodies_is_refused() {
     let current = Scene::load("jelly_cube").expect("built in");
     let mut world = current.scene.build().expect("sound").world;
     world.bodies[0].particles.displacements[0].x = f32::NAN;
-    let row = scene::run("broken", &world, 0.1).expect("it runs");
+    let row = scene::run("broken", &world, 0.1, &|_| ()).expect("it runs");
     assert_eq!(row.failed(), row.outcomes.len());
     let worst = row.worst().and_then(|outcome| outcome.worst());
     assert_eq!(worst.map(|figure| figure.name), Some("bodies not finite"));
+
+    world.bodies.clear();
+    let error = scene::run("empty", &world, 0.1, &|_| ()).expect_err("no bodies");
+    assert!(error.to_string().contains("has no bodies"), "{error}");
 }

@@ -2,13 +2,13 @@
 
 use crate::sandbox::{
     render::{
-        material::{Finish, SkinMaterial, linear, palette},
+        material::{Finish, NO_GRAINS, SkinMaterial, linear, palette},
         stage::FloorHeight,
     },
     state::{look::HiddenBody, view::Hovered},
 };
 use crate::{
-    render::{Drawn, GrainBuffer, MeshSystems, SoftBodyMeshPlugin},
+    render::{Drawn, GrainPositions, MeshSystems, SoftBodyMeshPlugin},
     scene::{Look, copy_look},
     simulation::{SoftBody, SoftBodySystems},
     solver::topology::Dimension,
@@ -34,7 +34,8 @@ impl Plugin for BodiesPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    (dress, place_grains).chain().before(MeshSystems),
+                    (dress, request_positions).before(MeshSystems),
+                    upload_positions.after(MeshSystems),
                     hide.before(CheckVisibility),
                 )
                     .after(SoftBodySystems::Last),
@@ -69,39 +70,40 @@ fn dress(
     }
 }
 
-/// Lets the graphics card place grains. A body with another number of them, such as a restored one, gets
-/// another buffer: the material binds the buffer itself, which is replaced when it grows.
-fn place_grains(
+/// Lets the graphics card move the spheres of grains.
+fn request_positions(
     mut commands: Commands,
-    bodies: Query<
-        (
-            Entity,
-            &SoftBody,
-            &MeshMaterial3d<SkinMaterial>,
-            Option<&GrainBuffer>,
-        ),
-        Or<(Changed<SoftBody>, Changed<MeshMaterial3d<SkinMaterial>>)>,
-    >,
+    bodies: Query<(Entity, &SoftBody), (Changed<SoftBody>, Without<GrainPositions>)>,
+) {
+    for (entity, body) in &bodies {
+        if !body.radii.is_empty() {
+            commands.entity(entity).insert(GrainPositions::default());
+        }
+    }
+}
+
+/// Copies the positions of grains into the buffers of their materials. A buffer is replaced when its size
+/// changes, as the material binds the buffer itself.
+fn upload_positions(
+    bodies: Query<(&GrainPositions, &MeshMaterial3d<SkinMaterial>), Changed<GrainPositions>>,
     mut materials: ResMut<Assets<SkinMaterial>>,
     mut buffers: ResMut<Assets<ShaderBuffer>>,
 ) {
-    for (entity, body, material, buffer) in &bodies {
-        if body.radii.is_empty() {
+    for (GrainPositions(grains), material) in &bodies {
+        let Some(known) = materials.get(&material.0).map(|it| it.grains.clone()) else {
+            continue;
+        };
+        if grains.is_empty() {
             continue;
         }
-        let size = body.particles() * size_of::<Vec4>();
-        let fits = |buffer: &GrainBuffer| {
-            let known = buffers.get(&buffer.0).and_then(|it| it.data.as_ref());
-            known.is_some_and(|data| data.len() == size)
-        };
-        let buffer = match buffer {
-            Some(buffer) if fits(buffer) => buffer.clone(),
-            _ => GrainBuffer::new(body.particles(), &mut buffers),
-        };
-        if let Some(mut material) = materials.get_mut(&material.0) {
-            material.grains = buffer.0.clone();
+        let size = size_of_val(&grains[..]);
+        let fits = |buffer: &ShaderBuffer| buffer.data.as_ref().is_some_and(|it| it.len() == size);
+        let is_own = known != NO_GRAINS && buffers.get(&known).is_some_and(fits);
+        if is_own && let Some(mut buffer) = buffers.get_mut(&known) {
+            buffer.set_data(grains.clone());
+        } else if let Some(mut material) = materials.get_mut(&material.0) {
+            material.grains = buffers.add(grains.clone());
         }
-        commands.entity(entity).insert(buffer);
     }
 }
 

@@ -143,7 +143,7 @@ pub struct SkinMaterial {
     /// Appearance.
     #[uniform(0)]
     pub finish: Finish,
-    /// Places of the grains, of a [`GrainBuffer`](crate::render::GrainBuffer); [`NO_GRAINS`] for others.
+    /// The [`GrainPositions`](crate::render::GrainPositions); [`NO_GRAINS`] for other bodies.
     #[storage(1, read_only, visibility(vertex))]
     pub grains: Handle<ShaderBuffer>,
 }

@@ -197,16 +197,18 @@ fn set_parameter(
     let settings = **world.resource::<SimulationSettings>();
     let mut entity = body_mut(world, body)?;
     let before = get(&EntityRef::from(&entity), index);
-    let is_fit = unfit(&EntityRef::from(&entity), &settings).is_none();
     match set(&mut entity, index, value) {
         Some(Ok(())) => {
-            if is_fit
-                && let Some(before) = before
+            if let Some(before) = before
                 && let Some(reason) = unfit(&EntityRef::from(&entity), &settings)
             {
                 set(&mut entity, index, before);
-                let parameter = format!("{effect}.{parameter}");
-                return Err(ActionError::UnfitParameter { parameter, reason });
+                let was_fit = unfit(&EntityRef::from(&entity), &settings).is_none();
+                if was_fit {
+                    let parameter = format!("{effect}.{parameter}");
+                    return Err(ActionError::UnfitParameter { parameter, reason });
+                }
+                set(&mut entity, index, value);
             }
             rouse(&mut entity);
             Ok(())

@@ -211,7 +211,7 @@ fn paint(
             .map(|&value| coordinates(value, range, &quantity))
             .collect();
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
-            let coordinates = drawn.outline.copies();
+            let coordinates = drawn.copies();
             let coordinates: Vec<[f32; 2]> = coordinates
                 .iter()
                 .map(|&point| places[point as usize])
