@@ -56,22 +56,22 @@ pub fn effort(quick: bool) -> Effort {
     if quick {
         return Effort {
             patience: Patience {
-                seconds: 30,
-                time: Duration::from_millis(700),
+                seconds: 20,
+                time: Duration::from_millis(500),
             },
-            most: 100.0,
+            most: 60.0,
             rounds: 3,
             slice: Duration::from_millis(8),
         };
     }
     Effort {
         patience: Patience {
-            seconds: 60,
-            time: Duration::from_secs(3),
+            seconds: 40,
+            time: Duration::from_millis(1500),
         },
-        most: 300.0,
+        most: 200.0,
         rounds: 7,
-        slice: Duration::from_millis(20),
+        slice: Duration::from_millis(15),
     }
 }
 

@@ -5,7 +5,7 @@
 //! energies of three ticks. `pliant study` does the same for Pliant alone.
 //!
 //! A solver that only creeps moves little and may still be far from rest. Therefore, the remaining
-//! way is extrapolated: mean positions over a window of 1 s form a sequence whose steps shrink by a
+//! way is extrapolated: mean positions over a window of half a second form a sequence whose steps shrink by a
 //! factor q, and the sum of the steps to come is q/(1 − q) of the last one. In the end, the body must
 //! stay where it is for one more window without kinetic damping.
 
@@ -15,8 +15,8 @@ use glam::DVec3;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Ticks of a window: 1 s.
-const WINDOW: u32 = RATE as u32;
+/// Ticks of a window: half a second.
+const WINDOW: u32 = RATE as u32 / 2;
 
 /// A body is at rest if its remaining way is at most this fraction of its error.
 const FRACTION: f64 = 0.1;

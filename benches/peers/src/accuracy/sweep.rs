@@ -1,8 +1,10 @@
 //! Tries the settings of all solvers on a problem: the error at rest, and the time it takes.
 //!
 //! Settings are tried from the cheapest to the most expensive, up to a limit, and no further than
-//! to twice the time of the cheapest one whose error is below the smallest target. Then all that
-//! came to rest are timed in rounds, each for a slice of time in turn, in their state of rest.
+//! to twice the time of the cheapest one whose error is below the smallest target. Of solvers with
+//! further parameters, every second step of substeps and iterations is tried with all of them, and
+//! the rest with the best ones alone. Then those on or near the Pareto front are timed in rounds,
+//! each for a slice of time in turn, in their state of rest.
 
 use super::{
     body::{Answer, inverse_masses},
@@ -10,7 +12,7 @@ use super::{
     error::Measure,
     problems::Problem,
     settle::{Patience, Rest, settle},
-    solvers::{Setting, Solver, Trial},
+    solvers::{Family, Setting, Solver, Trial},
 };
 use crate::{measure::Spread, peer::PeerError, scenes::RATE};
 use serde::Serialize;
@@ -21,6 +23,9 @@ pub const TARGETS: [f64; 3] = [0.1, 0.01, 0.001];
 
 /// A setting is not tried if it takes this many times as long as one that reaches all targets.
 const MARGIN: f64 = 2.0;
+
+/// A setting is timed if none of at most its error took less than this fraction of its time.
+const NEAR: f64 = 0.7;
 
 /// Duration of a measurement.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -44,11 +49,18 @@ pub struct Point {
     pub label: String,
     /// Its state of rest, or the reason why it has none.
     pub rest: Result<Rest, String>,
-    /// Time per simulated second at rest [ms]; `None` if it did not come to rest.
+    /// Time per simulated second at rest [ms]; `None` if it did not come to rest, or is far from the
+    /// Pareto front.
     pub ms: Option<Spread>,
 }
 
 impl Point {
+    /// Time per simulated second while it came to rest [ms], and error.
+    fn estimate(&self) -> Option<(f64, f64)> {
+        let rest = self.rest.as_ref().ok().filter(|rest| rest.settled)?;
+        Some((rest.ms_per_second, rest.error))
+    }
+
     /// Time per simulated second [ms] and error, of a setting that came to rest.
     #[must_use]
     pub fn result(&self) -> Option<(Spread, f64)> {
@@ -112,8 +124,9 @@ pub fn sweep(
         let mut points = Vec::new();
         if refusal.is_none() {
             let tried = try_all(solver.as_ref(), problem, &measure, &masses, effort);
-            for (point, trial) in tried {
-                if let Some(trial) = trial {
+            let worth = worth_timing(&tried);
+            for ((point, trial), worth) in tried.into_iter().zip(worth) {
+                if let Some(trial) = trial.filter(|_| worth) {
                     alive.push(Timed::new(place, points.len(), trial));
                 }
                 points.push(point);
@@ -171,6 +184,18 @@ fn extent(problem: &Problem) -> f64 {
 /// A point, and the trial if it came to rest.
 type Tried = (Point, Option<Box<dyn Trial>>);
 
+/// Settings of one solver on one problem.
+struct Attempts<'a> {
+    solver: &'a dyn Solver,
+    problem: &'a Problem,
+    measure: &'a Measure,
+    masses: &'a [f64],
+    patience: &'a Patience,
+    /// Settings that take longer are not tried [ms per simulated second].
+    limit: f64,
+    tried: Vec<Tried>,
+}
+
 fn try_all(
     solver: &dyn Solver,
     problem: &Problem,
@@ -180,31 +205,87 @@ fn try_all(
 ) -> Vec<Tried> {
     let mut settings = solver.settings(problem);
     settings.sort_by_key(Setting::work);
-    let mut limit = effort.most;
-    let mut tried = Vec::new();
-    for setting in settings {
-        let mut trial = match solver.build(problem, setting) {
+    let mut attempts = Attempts {
+        solver,
+        problem,
+        measure,
+        masses,
+        patience: &effort.patience,
+        limit: effort.most,
+        tried: Vec::new(),
+    };
+    let one_family = settings
+        .iter()
+        .all(|it| it.family() == settings[0].family());
+    let (first, second): (Vec<_>, Vec<_>) = settings
+        .into_iter()
+        .partition(|setting| one_family || setting.is_coarse());
+    for setting in first {
+        attempts.attempt(setting);
+    }
+    let best = attempts.best_families();
+    for setting in second {
+        if best.contains(&setting.family()) {
+            attempts.attempt(setting);
+        }
+    }
+    attempts.tried
+}
+
+impl Attempts<'_> {
+    /// Tries a setting, unless it takes too long.
+    fn attempt(&mut self, setting: Setting) {
+        let mut trial = match self.solver.build(self.problem, setting) {
             Ok(trial) => trial,
             Err(error) => {
-                tried.push((point(setting, Err(error.to_string())), None));
-                continue;
+                self.tried
+                    .push((point(setting, Err(error.to_string())), None));
+                return;
             }
         };
-        if probe(trial.as_mut()) > limit {
-            continue;
+        if probe(trial.as_mut()) > self.limit {
+            return;
         }
-        let rest = settle(trial.as_mut(), measure, masses, &effort.patience)
-            .and_then(|rest| check(problem, trial.as_mut()).map(|()| rest));
+        let rest = settle(trial.as_mut(), self.measure, self.masses, self.patience)
+            .and_then(|rest| check(self.problem, trial.as_mut()).map(|()| rest));
         if let Ok(rest) = &rest
             && rest.settled
             && rest.error <= TARGETS[TARGETS.len() - 1]
         {
-            limit = limit.min(MARGIN * rest.ms_per_second);
+            self.limit = self.limit.min(MARGIN * rest.ms_per_second);
         }
         let keep = rest.as_ref().is_ok_and(|rest| rest.settled);
-        tried.push((point(setting, rest), keep.then_some(trial)));
+        self.tried
+            .push((point(setting, rest), keep.then_some(trial)));
     }
-    tried
+
+    /// Parameters other than substeps and iterations of the cheapest setting for each target, and of
+    /// the one with the smallest error.
+    fn best_families(&self) -> Vec<Family> {
+        let at_rest = || {
+            let points = self.tried.iter().map(|(point, _)| point);
+            points.filter_map(|point| Some((point.setting.family(), point.estimate()?)))
+        };
+        let cheapest = TARGETS.iter().filter_map(|&target| {
+            at_rest()
+                .filter(|(_, (_, error))| *error <= target)
+                .min_by(|a, b| a.1.0.total_cmp(&b.1.0))
+        });
+        let smallest = at_rest().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+        cheapest.chain(smallest).map(|(family, _)| family).collect()
+    }
+}
+
+/// Whether each point is on or near the Pareto front.
+fn worth_timing(tried: &[Tried]) -> Vec<bool> {
+    let estimates: Vec<_> = tried.iter().map(|(point, _)| point.estimate()).collect();
+    let is_near = |&(ms, error): &(f64, f64)| {
+        let mut others = estimates.iter().flatten();
+        !others.any(|other| other.1 <= error && other.0 < NEAR * ms)
+    };
+    let near = estimates.iter();
+    near.map(|estimate| estimate.as_ref().is_some_and(is_near))
+        .collect()
 }
 
 fn point(setting: Setting, rest: Result<Rest, String>) -> Point {

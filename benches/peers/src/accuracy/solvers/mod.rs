@@ -26,7 +26,24 @@ pub struct Setting {
     pub damping: Option<f32>,
 }
 
+/// Parameters of a setting other than substeps and iterations.
+pub type Family = [Option<f32>; 2];
+
 impl Setting {
+    /// Its other parameters.
+    #[must_use]
+    pub const fn family(&self) -> Family {
+        [self.frequency, self.damping]
+    }
+
+    /// Whether it is on the coarser grid of substeps, which are powers of four, and
+    /// of iterations.
+    #[must_use]
+    pub fn is_coarse(&self) -> bool {
+        let power_of_four = |n: u32| n.is_power_of_two() && n.trailing_zeros().is_multiple_of(2);
+        power_of_four(self.substeps) && !(self.iterations == 2 || self.iterations == 1000)
+    }
+
     /// Substeps of some iterations.
     #[must_use]
     pub const fn new(substeps: u32, iterations: u32) -> Self {

@@ -31,11 +31,10 @@ pub enum Rapier {
     Fem,
 }
 
-/// Natural frequencies of rigid volumes that are tried with the constraint solver [Hz]. The last
-/// one is practically rigid.
-const FREQUENCIES: [f32; 2] = [1e3, 1e6];
-/// The same with FEM.
-const FEM_FREQUENCIES: [f32; 4] = [300.0, 1e3, 3e3, 1e4];
+/// Natural frequency of rigid volumes in the constraint solver [Hz].
+const FREQUENCIES: [f32; 1] = [1e6];
+/// Those that are tried with FEM.
+const FEM_FREQUENCIES: [f32; 3] = [1e3, 3e3, 1e4];
 /// Fractions of critical damping that are tried; 1 is the default of Rapier's materials.
 const DAMPING: [f32; 3] = [0.0, 0.1, 1.0];
 
@@ -52,14 +51,14 @@ impl Solver for Rapier {
             Self::Constraints => {
                 "`PhysicsWorld::step` with 1 to 256 solver iterations (its substeps) of 1 to 64 \
                  internal PGS iterations, warm started; edges with the frequency of their \
-                 compliance, rigid volumes of 1 or 1000 kHz, neo-Hookean cells, damping ratio ζ of 0, \
+                 compliance, rigid volumes of 1000 kHz, neo-Hookean cells, damping ratio ζ of 0, \
                  0.1 or 1, its default; no collider, no sleep."
             }
             Self::Fem => {
                 "the same with `SoftBodySolver::Fem`, 1 to 16 solver iterations (its substeps) of \
                  at most 5 to 1000 iterations of conjugate gradients to a relative residual of \
                  10⁻⁵, its default, and no factorization, which only contacts need; rigid volumes \
-                 of 0.3 to 10 kHz."
+                 of 1, 3 or 10 kHz."
             }
         }
     }
