@@ -31,7 +31,8 @@ const COLORS: [RGBColor; 6] = [
     RGBColor(204, 121, 167),
 ];
 
-const GRAY: RGBColor = RGBColor(60, 60, 60);
+/// Color of the targets.
+const GRAY: RGBColor = RGBColor(140, 140, 140);
 
 /// Range of errors, as fractions.
 const ERRORS: (f64, f64) = (1e-6, 30.0);
@@ -121,7 +122,7 @@ fn panel(area: &Area, outcome: &Outcome, (fast, slow): (f64, f64)) -> Result<(),
         .draw()?;
     for target in TARGETS {
         let ends = [(fast, target * 100.0), (slow, target * 100.0)];
-        chart.draw_series(DashedLineSeries::new(ends, 4, 5, GRAY.stroke_width(1)))?;
+        chart.draw_series(LineSeries::new(ends, GRAY.stroke_width(1)))?;
     }
     for (place, entry) in outcome.entries.iter().enumerate() {
         let color = COLORS[place % COLORS.len()];

@@ -69,7 +69,7 @@ pub fn effort(quick: bool) -> Effort {
             seconds: 40,
             time: Duration::from_millis(1500),
         },
-        most: 200.0,
+        most: 160.0,
         rounds: 7,
         slice: Duration::from_millis(15),
     }

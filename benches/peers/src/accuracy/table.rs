@@ -83,8 +83,8 @@ fn caption(text: &mut String, findings: &Findings) -> fmt::Result {
 fn problems(text: &mut String, findings: &Findings) -> fmt::Result {
     writeln!(
         text,
-        "| problem | body | particles | edges | tetrahedra | largest displacement | simulated \
-         seconds until rest |\n|---|---|---|---|---|---|---|"
+        "| problem | body | particles | edges | tetrahedra | largest displacement |\n\
+         |---|---|---|---|---|---|"
     )?;
     for outcome in &findings.outcomes {
         let Outcome {
@@ -100,23 +100,12 @@ fn problems(text: &mut String, findings: &Findings) -> fmt::Result {
         writeln!(
             text,
             "| `{problem}` | {title} | {particles} | {edges} | {tetrahedra} | {} mm, {} % of the \
-             size | {} |",
+             size |",
             significant(displacement * 1e3),
-            percent(*relative_displacement),
-            durations(outcome)
+            percent(*relative_displacement)
         )?;
     }
     writeln!(text)
-}
-
-/// Simulated time until rest of each solver at its cheapest setting below 1 %.
-fn durations(outcome: &Outcome) -> String {
-    let each = outcome.entries.iter().filter_map(|entry| {
-        let rest = cheapest(entry, TARGETS[1])?.point.rest.as_ref().ok()?;
-        Some(format!("{} {}", entry.solver, rest.seconds))
-    });
-    let all: Vec<_> = each.collect();
-    all.join(", ")
 }
 
 fn solvers(text: &mut String, findings: &Findings) -> fmt::Result {
