@@ -11,9 +11,10 @@
 
 use super::{error::Measure, solvers::Trial};
 use crate::scenes::RATE;
+use cpu_time::ProcessTime;
 use glam::DVec3;
 use serde::Serialize;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Ticks of a window: half a second.
 const WINDOW: u32 = RATE as u32 / 2;
@@ -38,7 +39,7 @@ pub struct Rest {
     pub remaining: f64,
     /// Simulated time [s].
     pub seconds: f64,
-    /// Time spent in ticks per simulated second [ms].
+    /// Processor time of ticks per simulated second [ms].
     pub ms_per_second: f64,
 }
 
@@ -47,7 +48,7 @@ pub struct Rest {
 pub struct Patience {
     /// Simulated time [s].
     pub seconds: u32,
-    /// Time.
+    /// Processor time.
     pub time: Duration,
 }
 
@@ -170,7 +171,7 @@ impl<'a> Search<'a> {
         for _ in 0..WINDOW {
             std::mem::swap(&mut self.older, &mut self.before);
             std::mem::swap(&mut self.before, &mut self.now);
-            let start = Instant::now();
+            let start = ProcessTime::now();
             trial.tick();
             self.spent += start.elapsed();
             self.ticks += 1;

@@ -5,6 +5,9 @@
 //! further parameters, every second step of substeps and iterations is tried with all of them, and
 //! the rest with the best ones alone. Then those on or near the Pareto front are timed in rounds,
 //! each for a slice of time in turn, in their state of rest.
+//!
+//! Times are processor times of the process, whose solvers use one thread: solvers that yield to
+//! other processes while they wait, as Jolt does, would seem slow on a busy machine.
 
 use super::{
     body::{Answer, inverse_masses},
@@ -15,8 +18,9 @@ use super::{
     solvers::{Family, Setting, Solver, Trial},
 };
 use crate::{measure::Spread, peer::PeerError, scenes::RATE};
+use cpu_time::ProcessTime;
 use serde::Serialize;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The errors to reach.
 pub const TARGETS: [f64; 3] = [0.1, 0.01, 0.001];
@@ -301,7 +305,7 @@ fn point(setting: Setting, rest: Result<Rest, String>) -> Point {
 fn probe(trial: &mut dyn Trial) -> f64 {
     let mut least = f64::INFINITY;
     for _ in 0..3 {
-        let start = Instant::now();
+        let start = ProcessTime::now();
         trial.tick();
         least = least.min(start.elapsed().as_secs_f64() * 1e3 * f64::from(RATE));
     }
@@ -330,7 +334,7 @@ impl Timed {
     fn round(&mut self, slice: Duration) {
         // The first tick after another solver finds cold caches.
         self.trial.tick();
-        let start = Instant::now();
+        let start = ProcessTime::now();
         let mut ticks = 0_u32;
         while ticks == 0 || start.elapsed() < slice {
             self.trial.tick();

@@ -16,7 +16,7 @@ pub fn markdown(findings: &Findings) -> Result<String, fmt::Error> {
     for target in TARGETS {
         writeln!(
             text,
-            "**Error of at most {} %**, milliseconds of one thread per simulated second:\n",
+            "**Error of at most {} %**, milliseconds of processor time per simulated second, with one thread:\n",
             percent(target)
         )?;
         grid(&mut text, findings, target)?;
