@@ -76,6 +76,7 @@ pub struct Functions {
     positions: unsafe extern "C" fn(*const c_void, *mut f32),
     particles: unsafe extern "C" fn(*const c_void) -> u32,
     /// Moves the particles, in peers that are compared at rest.
+    #[cfg_attr(not(jolt), allow(dead_code, reason = "only Jolt is compared at rest"))]
     place: Option<unsafe extern "C" fn(*mut c_void, *const f32)>,
 }
 
@@ -219,6 +220,7 @@ impl Native {
     ///
     /// # Panics
     /// If there is not one position per particle, or if the peer is not compared at rest.
+    #[cfg(jolt)]
     pub fn place(&mut self, positions: &[Vec3]) {
         let world = self.world.as_ptr();
         // SAFETY: the world is alive.

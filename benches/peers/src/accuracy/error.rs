@@ -85,9 +85,7 @@ mod tests {
             .collect();
         assert!((measure.error(&halfway) - 0.5).abs() < 1e-9);
         let mut part = answer.clone();
-        for i in 1..9 {
-            part[i] = rest[i];
-        }
+        part[1..9].copy_from_slice(&rest[1..9]);
         assert!((measure.error(&part) - 0.5).abs() < 1e-9);
     }
 

@@ -256,7 +256,10 @@ impl Problem {
     pub fn constraints(&self) -> (u64, u64) {
         let (edges, tetrahedra) = (self.shape.edges.len(), self.shape.tetrahedra.len());
         match self.elasticity {
-            Elasticity::Springs { volumes, .. } if volumes == Volumes::Free => (edges as u64, 0),
+            Elasticity::Springs {
+                volumes: Volumes::Free,
+                ..
+            } => (edges as u64, 0),
             Elasticity::Springs { .. } => (edges as u64, tetrahedra as u64),
             Elasticity::NeoHookean { .. } => (0, tetrahedra as u64),
         }
