@@ -1,7 +1,7 @@
 // Jolt's soft bodies with the functions of peer.h.
 //
 // A body is stepped by PhysicsSystem::Update, as in a game. Jolt uses its number of iterations as
-// the number of substeps.
+// the number of substeps. Besides, jolt_place moves the particles.
 
 #include <Jolt/Jolt.h>
 
@@ -26,6 +26,9 @@
 #include "peer.h"
 
 PEER_DECLARE(jolt)
+
+// Moves the movable particles to these positions, 3 for each particle, without velocity.
+extern "C" void jolt_place(void *world, const float *positions);
 
 using namespace JPH;
 
@@ -87,7 +90,10 @@ Ref<SoftBodySharedSettings> shared_settings(const PeerScene &scene)
     }
     for (uint32 i = 0; i < scene.tetrahedron_count; ++i) {
         const uint32 *t = scene.tetrahedra + 4 * i;
-        shared->mVolumeConstraints.emplace_back(t[0], t[1], t[2], t[3], 0.0f);
+        // Jolt's constraint is six times the volume.
+        const float compliance
+            = scene.volume_compliances ? 36.0f * scene.volume_compliances[i] : 0.0f;
+        shared->mVolumeConstraints.emplace_back(t[0], t[1], t[2], t[3], compliance);
     }
     for (uint32 i = 0; i < scene.triangle_count; ++i) {
         const uint32 *f = scene.triangles + 3 * i;
@@ -199,4 +205,23 @@ uint32_t jolt_particles(const void *world)
         particles += uint32_t(motion_of(*w, id, &centre)->GetVertices().size());
     }
     return particles;
+}
+
+void jolt_place(void *world, const float *positions)
+{
+    auto *w = static_cast<World *>(world);
+    const BodyLockInterface &bodies = w->system.GetBodyLockInterfaceNoLock();
+    for (const BodyID &id : w->bodies) {
+        Body *body = bodies.TryGetBody(id);
+        const RVec3 centre = body->GetCenterOfMassPosition();
+        auto *motion = static_cast<SoftBodyMotionProperties *>(body->GetMotionProperties());
+        for (SoftBodyMotionProperties::Vertex &vertex : motion->GetVertices()) {
+            const RVec3 x(positions[0], positions[1], positions[2]);
+            positions += 3;
+            if (vertex.mInvMass > 0.0f)
+                vertex.mPosition = Vec3(x - centre);
+            vertex.mPreviousPosition = vertex.mPosition;
+            vertex.mVelocity = Vec3::sZero();
+        }
+    }
 }

@@ -13,6 +13,7 @@ struct PeerScene
     const uint32_t *tetrahedra;   // 4 for each tetrahedron
     const uint32_t *triangles;    // 3 for each triangle of the surface
     const float *offsets;         // 3 for each body
+    const float *volume_compliances;  // 1 for each tetrahedron [m^5/N]; null if all are rigid
     uint32_t particle_count;
     uint32_t edge_count;
     uint32_t tetrahedron_count;

@@ -1,8 +1,10 @@
 //! Pliant and its peers on the same scenes, in one run.
 //!
 //! [`scenes`] makes the meshes, a [`peer`] builds and ticks them, [`measure`] times the peers in
-//! turn, [`sanity`] rejects runs that diverged, [`table`] writes the results.
+//! turn, [`sanity`] rejects runs that diverged, [`table`] writes the results. [`accuracy`] finds
+//! the least time to an error instead.
 
+mod accuracy;
 mod contact;
 mod machine;
 mod measure;
@@ -32,12 +34,15 @@ struct Arguments {
     /// Measure only these peers besides Pliant, for example jolt,rapier
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,
-    /// Measure only these scenes, for example bunny,cloth64
+    /// Measure only these scenes, for example bunny,cloth64, or problems with --accuracy
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     rows: Vec<String>,
     /// Measure the scenes in which bodies touch: folds64 and pile27
     #[arg(long, conflicts_with_all = ["rows", "quick"])]
     contact: bool,
+    /// Find the least time to an error of 10 %, 1 % and 0.1 % on bodies at rest
+    #[arg(long, conflicts_with_all = ["contact", "threads", "newton"])]
+    accuracy: bool,
     /// Measure fewer and shorter rounds
     #[arg(long)]
     quick: bool,
@@ -56,6 +61,12 @@ struct Arguments {
     /// Also write all measurements to this file, as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// With --accuracy, also draw the work–precision diagrams to this file, as SVG
+    #[arg(long, value_name = "FILE", requires = "accuracy")]
+    svg: Option<PathBuf>,
+    /// With --accuracy, also replace the table between the markers of this Markdown file
+    #[arg(long, value_name = "FILE", requires = "accuracy")]
+    splice: Option<PathBuf>,
 }
 
 fn main() -> anyhow::Result<()> {
@@ -65,7 +76,10 @@ fn main() -> anyhow::Result<()> {
         eprintln!("{sentence}");
     }
     keep(&mut peers, &arguments.only)?;
-    let rows = rows(&arguments.rows)?;
+    if arguments.accuracy {
+        return measure_accuracy(&arguments, &peers, left_out);
+    }
+    let rows = rows(&arguments.rows, &scenes::NAMES)?;
     let mut machine = Machine::look();
     machine.threads = arguments.threads.unwrap_or(machine.threads).max(1);
     let mut effort = if arguments.quick {
@@ -143,6 +157,31 @@ fn write_results(
     Ok(())
 }
 
+/// Finds the least time to an error, and writes it.
+fn measure_accuracy(
+    arguments: &Arguments,
+    peers: &[Box<dyn Peer>],
+    left_out: Vec<String>,
+) -> anyhow::Result<()> {
+    let names = rows(&arguments.rows, &accuracy::problems::NAMES)?;
+    let mut effort = accuracy::effort(arguments.quick);
+    effort.rounds = arguments.rounds.unwrap_or(effort.rounds).max(1);
+    let findings = accuracy::measure(&names, peers, left_out, Machine::look(), effort)?;
+    if let Some(file) = &arguments.svg {
+        fs::write(file, findings.diagram()?)
+            .with_context(|| format!("writing {}", file.display()))?;
+    }
+    let table = findings.markdown()?;
+    if let Some(file) = &arguments.splice {
+        let text =
+            fs::read_to_string(file).with_context(|| format!("reading {}", file.display()))?;
+        let text = accuracy::splice(&text, &table)
+            .with_context(|| format!("{} has no markers of this table", file.display()))?;
+        fs::write(file, text).with_context(|| format!("writing {}", file.display()))?;
+    }
+    write_results(arguments, &table, &findings)
+}
+
 /// Default number of rounds of scenes in which bodies touch, each a run of some seconds.
 const CONTACT_ROUNDS: u32 = 3;
 
@@ -192,18 +231,13 @@ fn keep(peers: &mut Vec<Box<dyn Peer>>, names: &[String]) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// The named scenes, in the order of [`scenes::NAMES`]; all if none is named.
-fn rows(names: &[String]) -> anyhow::Result<Vec<&'static str>> {
+/// The named ones of all scenes, in their order; all if none is named.
+fn rows(names: &[String], all: &[&'static str]) -> anyhow::Result<Vec<&'static str>> {
     for name in names {
-        if !scenes::NAMES.contains(&name.as_str()) {
-            bail!(
-                "no scene is called {name}; there are {}",
-                scenes::NAMES.join(", ")
-            );
+        if !all.contains(&name.as_str()) {
+            bail!("no scene is called {name}; there are {}", all.join(", "));
         }
     }
-    Ok(scenes::NAMES
-        .into_iter()
-        .filter(|scene| names.is_empty() || names.iter().any(|name| name == scene))
-        .collect())
+    let is_named = |scene: &&str| names.is_empty() || names.iter().any(|name| name == scene);
+    Ok(all.iter().copied().filter(is_named).collect())
 }

@@ -3,7 +3,7 @@
 //! The only module with `unsafe`. It is sound because a world is created by `create`, used only
 //! with the functions of the same peer and from one thread, and dropped once; because the arrays of
 //! the scene outlive `create`, and no peer keeps them; and because `positions` writes three floats
-//! for each of the particles counted by `particles` immediately before.
+//! for each of the particles counted by `particles` immediately before, as many as `place` reads.
 
 #![allow(unsafe_code, reason = "calls into C++; see the module's documentation")]
 
@@ -12,6 +12,7 @@ use crate::{
     scenes::{GRAVITY, RATE, SOFTNESS, SUBSTEPS, Scene},
 };
 use glam::Vec3;
+use pliant::solver::RestShape;
 use std::{
     ffi::{CStr, c_char, c_void},
     ptr::NonNull,
@@ -26,6 +27,7 @@ pub struct PeerScene {
     tetrahedra: *const u32,
     triangles: *const u32,
     offsets: *const f32,
+    volume_compliances: *const f32,
     particle_count: u32,
     edge_count: u32,
     tetrahedron_count: u32,
@@ -36,6 +38,24 @@ pub struct PeerScene {
     edge_compliance: f32,
     edge_softness: f32,
     gravity: f32,
+}
+
+/// Copies of a body, and how they are stepped.
+pub struct Bodies<'a> {
+    /// The mesh of one body.
+    pub shape: &'a RestShape,
+    /// Inverse mass of each particle [1/kg]; 0 for pins.
+    pub inverse_masses: &'a [f32],
+    /// Offset of each copy [m].
+    pub offsets: &'a [Vec3],
+    /// Compliance of each edge [m/N].
+    pub edge_compliance: f32,
+    /// Compliance of each tetrahedron [m⁵/N]; `None` if all are rigid.
+    pub volume_compliances: Option<&'a [f32]>,
+    /// Substeps of a tick.
+    pub substeps: u32,
+    /// Number of threads.
+    pub threads: usize,
 }
 
 /// `PeerCounts` of `peer.h`.
@@ -55,10 +75,13 @@ pub struct Functions {
     counts: unsafe extern "C" fn(*const c_void) -> PeerCounts,
     positions: unsafe extern "C" fn(*const c_void, *mut f32),
     particles: unsafe extern "C" fn(*const c_void) -> u32,
+    /// Moves the particles, in peers that are compared at rest.
+    #[cfg_attr(not(jolt), allow(dead_code, reason = "only Jolt is compared at rest"))]
+    place: Option<unsafe extern "C" fn(*mut c_void, *const f32)>,
 }
 
 macro_rules! functions {
-    ($(#[$attribute:meta])* $table:ident: $version:ident, $create:ident, $destroy:ident, $tick:ident, $counts:ident, $positions:ident, $particles:ident) => {
+    ($(#[$attribute:meta])* $table:ident: $version:ident, $create:ident, $destroy:ident, $tick:ident, $counts:ident, $positions:ident, $particles:ident $(, $place:ident)?) => {
         $(#[$attribute])*
         pub static $table: Functions = {
             unsafe extern "C" {
@@ -69,7 +92,9 @@ macro_rules! functions {
                 fn $counts(world: *const c_void) -> PeerCounts;
                 fn $positions(world: *const c_void, positions: *mut f32);
                 fn $particles(world: *const c_void) -> u32;
+                $(fn $place(world: *mut c_void, positions: *const f32);)?
             }
+            let place = functions!(@optional $($place)?);
             Functions {
                 version: $version,
                 create: $create,
@@ -78,15 +103,18 @@ macro_rules! functions {
                 counts: $counts,
                 positions: $positions,
                 particles: $particles,
+                place,
             }
         };
     };
+    (@optional) => { None };
+    (@optional $place:ident) => { Some($place as unsafe extern "C" fn(*mut c_void, *const f32)) };
 }
 
 functions!(
     /// Jolt's.
     #[cfg(jolt)]
-    JOLT: jolt_version, jolt_create, jolt_destroy, jolt_tick, jolt_counts, jolt_positions, jolt_particles
+    JOLT: jolt_version, jolt_create, jolt_destroy, jolt_tick, jolt_counts, jolt_positions, jolt_particles, jolt_place
 );
 functions!(
     /// Bullet's.
@@ -108,35 +136,66 @@ impl Functions {
     /// # Errors
     /// [`PeerError::Scene`] if the peer cannot build it.
     pub fn build(&'static self, scene: &Scene, threads: usize) -> Result<Box<dyn Run>, PeerError> {
-        let shape = &scene.shape;
+        let bodies = Bodies {
+            shape: &scene.shape,
+            inverse_masses: &scene.inverse_masses,
+            offsets: &scene.offsets,
+            edge_compliance: scene.edge_compliance,
+            volume_compliances: None,
+            substeps: SUBSTEPS,
+            threads,
+        };
+        Ok(Box::new(self.create(scene.name, &bodies)?))
+    }
+
+    /// Builds bodies.
+    ///
+    /// # Errors
+    /// [`PeerError::Scene`] with the name of the scene if the peer cannot build them.
+    ///
+    /// # Panics
+    /// If there is not one mass per particle, or not one compliance per tetrahedron.
+    pub fn create(
+        &'static self,
+        scene: &'static str,
+        bodies: &Bodies,
+    ) -> Result<Native, PeerError> {
+        let shape = bodies.shape;
+        assert_eq!(bodies.inverse_masses.len(), shape.vertices.len());
+        if let Some(volumes) = bodies.volume_compliances {
+            assert_eq!(volumes.len(), shape.tetrahedra.len());
+        }
         let positions = flat(&shape.vertices);
-        let offsets = flat(&scene.offsets);
+        let offsets = flat(bodies.offsets);
         let description = PeerScene {
             positions: positions.as_ptr(),
-            inverse_masses: scene.inverse_masses.as_ptr(),
+            inverse_masses: bodies.inverse_masses.as_ptr(),
             edges: shape.edges.as_ptr().cast(),
             tetrahedra: shape.tetrahedra.as_ptr().cast(),
             triangles: shape.triangles.as_ptr().cast(),
             offsets: offsets.as_ptr(),
+            volume_compliances: bodies
+                .volume_compliances
+                .map_or(std::ptr::null(), <[f32]>::as_ptr),
             particle_count: shape.vertices.len() as u32,
             edge_count: shape.edges.len() as u32,
             tetrahedron_count: shape.tetrahedra.len() as u32,
             triangle_count: shape.triangles.len() as u32,
-            body_count: scene.offsets.len() as u32,
-            substeps: SUBSTEPS,
-            threads: threads as u32,
-            edge_compliance: scene.edge_compliance,
+            body_count: bodies.offsets.len() as u32,
+            substeps: bodies.substeps,
+            threads: bodies.threads as u32,
+            edge_compliance: bodies.edge_compliance,
             edge_softness: SOFTNESS,
             gravity: GRAVITY,
         };
         // SAFETY: all arrays have the lengths of their counts and outlive this call.
         let world = unsafe { (self.create)(&raw const description) };
         let world = NonNull::new(world).ok_or_else(|| PeerError::Scene {
-            scene: scene.name,
+            scene,
             reason: "it made no world".into(),
         })?;
         let functions = self;
-        Ok(Box::new(Native { functions, world }))
+        Ok(Native { functions, world })
     }
 }
 
@@ -144,19 +203,38 @@ fn flat(points: &[Vec3]) -> Vec<f32> {
     points.iter().flat_map(|point| point.to_array()).collect()
 }
 
-struct Native {
+/// Bodies in a peer.
+pub struct Native {
     functions: &'static Functions,
     world: NonNull<c_void>,
 }
 
-impl Run for Native {
-    fn tick(&mut self) -> Result<(), PeerError> {
+impl Native {
+    /// Steps 1/60 s.
+    pub fn step(&mut self) {
         // SAFETY: the world is alive, and `&mut` makes the access exclusive.
         unsafe { (self.functions.tick)(self.world.as_ptr(), 1.0 / RATE) };
-        Ok(())
     }
 
-    fn report(&mut self) -> Result<Report, PeerError> {
+    /// Moves the movable particles to positions [m], body by body, without velocity.
+    ///
+    /// # Panics
+    /// If there is not one position per particle, or if the peer is not compared at rest.
+    #[cfg(jolt)]
+    pub fn place(&mut self, positions: &[Vec3]) {
+        let world = self.world.as_ptr();
+        // SAFETY: the world is alive.
+        let particles = unsafe { (self.functions.particles)(world) };
+        assert_eq!(positions.len(), particles as usize);
+        let place = self.functions.place.expect("the peer is compared at rest");
+        let positions = flat(positions);
+        // SAFETY: the world is alive, access is exclusive, and there are three floats per particle.
+        unsafe { place(world, positions.as_ptr()) };
+    }
+
+    /// Current constraints and positions.
+    #[must_use]
+    pub fn state(&self) -> Report {
         let world = self.world.as_ptr();
         // SAFETY: the world is alive.
         let (counts, particles) = unsafe {
@@ -169,14 +247,25 @@ impl Run for Native {
         // SAFETY: the buffer holds three floats per particle.
         unsafe { (self.functions.positions)(world, positions.as_mut_ptr()) };
         let positions = positions.chunks_exact(3).map(Vec3::from_slice).collect();
-        Ok(Report {
+        Report {
             counts: Counts {
                 edges: counts.edges,
                 tetrahedra: counts.tetrahedra,
                 per_tetrahedron: 1,
             },
             positions,
-        })
+        }
+    }
+}
+
+impl Run for Native {
+    fn tick(&mut self) -> Result<(), PeerError> {
+        self.step();
+        Ok(())
+    }
+
+    fn report(&mut self) -> Result<Report, PeerError> {
+        Ok(self.state())
     }
 }
 
