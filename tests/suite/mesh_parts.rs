@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3};
 use pliant::{
-    mesh::{BuildOptions, FileMesh, MeshError, SoftMesh, Treatment, build, read::Parts},
+    mesh::{Bounds, BuildOptions, FileMesh, MeshError, SoftMesh, Treatment, build, read::Parts},
     scene::{MeshSpec, PartBounds, Scene, save::Definition},
     solver::Body,
 };
@@ -272,11 +272,29 @@ fn parts_that_are_too_far_away_or_too_small_in_their_bounds_are_refused() {
         let error = error.to_string();
         assert!(error.contains(expected), "{error}");
     }
-    let options = BuildOptions {
-        bounds: Some(Default::default()),
-        ..BuildOptions::default()
-    };
-    build(parts.part("Near").expect("a part"), &options).expect_err("bounds without a size");
+    let near = parts.bounds();
+    for bounds in [
+        Bounds { size: 0.0, ..near },
+        Bounds {
+            size: f64::INFINITY,
+            ..near
+        },
+        Bounds {
+            center: DVec3::new(f64::NAN, 0.0, 0.0),
+            ..near
+        },
+    ] {
+        let options = BuildOptions {
+            bounds: Some(bounds),
+            treatment: Treatment::Shell,
+            ..BuildOptions::default()
+        };
+        let error = build(parts.part("Near").expect("a part"), &options).expect_err("no bounds");
+        assert!(
+            error.to_string().contains("finite, and larger than 0"),
+            "{error}"
+        );
+    }
 }
 
 /// A folder with the table, removed when dropped.

@@ -25,7 +25,7 @@ mod thin;
 pub const MAX_CELLS: u32 = 128;
 
 /// Maximum distance of a mesh from the center of its [`BuildOptions::bounds`], in sizes of the mesh:
-/// farther away, rounding to f32 would take its detail.
+/// farther away, rounding to f32 would take its detail. At this distance it is 6e-5 of the size.
 pub const MAX_OFFSET: f64 = 1e3;
 
 /// Valid body sizes [m]: within them f32 represents the volume of a cell at full precision.
@@ -292,7 +292,12 @@ impl Placement {
 
     /// A mesh of this center and longest side in bounds that get this size [m].
     fn within(bounds: Bounds, size: f64, center: DVec3, longest: f64) -> Result<Self, MeshError> {
-        // Not a number where the bounds are none.
+        if !(bounds.center.is_finite() && bounds.size.is_finite() && bounds.size > 0.0) {
+            return Err(MeshError::unusable(
+                format!("bounds of {} m at {}", bounds.size, bounds.center),
+                "use those of a mesh: finite, and larger than 0",
+            ));
+        }
         let meters = size / bounds.size;
         let scale = longest * meters;
         let offset = (center - bounds.center) * meters;
@@ -300,7 +305,8 @@ impl Placement {
             return Err(MeshError::parameter(
                 "size",
                 format!("{} m, with {} m for this mesh", size as f32, scale as f32),
-                "a longest side from 1e-7 m to 1e7 m, also of the mesh: set the size",
+                "a longest side from 1e-7 m to 1e7 m, also of the mesh: use another size, or the bounds of the \
+                 mesh itself (in scene files `bounds: Part`)",
             ));
         }
         let distance = offset.abs().max_element();
@@ -310,7 +316,10 @@ impl Placement {
                     "the mesh, of {} m, is {} m from the center of its bounds",
                     scale as f32, distance as f32
                 ),
-                format!("at most {MAX_OFFSET} times its size are precise: use its own bounds"),
+                format!(
+                    "at most {MAX_OFFSET} times its size are precise: use its own bounds (in scene files \
+                     `bounds: Part`)"
+                ),
             ));
         }
         Ok(Self {

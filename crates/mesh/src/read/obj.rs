@@ -5,6 +5,7 @@
 //! groups (`g`) are parts, each up to the next of its kind.
 
 use glam::DVec3;
+use std::borrow::Cow;
 
 use super::{
     parts::{Counts, Label, Named, Part, Parts},
@@ -49,11 +50,14 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
             Some("p" | "curv" | "surf") => other_elements += 1,
             Some(kind @ ("o" | "g")) => {
                 let is_group = kind == "g";
-                let name = words.rest_of_line();
+                let name = match is_group {
+                    true => words_in_line(&mut words).into(),
+                    false => Cow::Borrowed(words.rest_of_line()),
+                };
                 let part = (!name.is_empty()).then(|| Part {
                     label: match is_group {
-                        true => Label::Groups(name.into()),
-                        false => Label::Object(name.into()),
+                        true => Label::Groups((&*name).into()),
+                        false => Label::Object((&*name).into()),
                     },
                     elements: counts..counts,
                 });
@@ -119,6 +123,16 @@ fn next_in_line<'a>(words: &mut Words<'a>) -> Option<Word<'a>> {
         }) => Some(words.next()),
         word => word,
     }
+}
+
+/// The rest of a line and of those that continue it, with a space between words.
+fn words_in_line(words: &mut Words) -> String {
+    let mut all = String::new();
+    while let Some(word) = next_in_line(words) {
+        let space = if all.is_empty() { "" } else { " " };
+        all.extend([space, word.text.unwrap_or_default()]);
+    }
+    all
 }
 
 fn skip(words: &mut Words) {

@@ -3,7 +3,8 @@
 use std::{collections::BTreeSet, fs, ops::Range, path::Path, sync::Arc};
 
 use super::{Beside, gltf, gmsh, medit, obj, tetgen};
-use crate::{Bounds, CurveMesh, FileMesh, MeshError, SurfaceMesh, clean::keep_used};
+use crate::{Bounds, CurveMesh, FileMesh, MeshError, SurfaceMesh};
+use glam::DVec3;
 
 /// A mesh file with its named parts, to make several bodies of one file.
 ///
@@ -107,6 +108,12 @@ impl Counts {
     }
 }
 
+impl Part {
+    fn has_mesh(&self) -> bool {
+        self.elements.start.has_mesh_until(self.elements.end)
+    }
+}
+
 impl Parts {
     /// Reads a mesh file, as [`file()`](super::file).
     ///
@@ -149,7 +156,7 @@ impl Parts {
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let parts = self.named.iter().flat_map(|named| &named.parts);
-        let with_mesh = parts.filter(|it| it.elements.start.has_mesh_until(it.elements.end));
+        let with_mesh = parts.filter(|it| it.has_mesh());
         let (objects, others): (Vec<_>, Vec<_>) = with_mesh.partition(|it| it.label.is_object());
         let names = objects.into_iter().chain(others);
         let mut seen = BTreeSet::new();
@@ -159,8 +166,8 @@ impl Parts {
             .collect()
     }
 
-    /// The mesh of a part, in the coordinates of the file. A part of an OBJ file without faces has
-    /// its lines.
+    /// The mesh of a part, in the coordinates of the file, with the vertices that it uses, in their
+    /// order. A part without faces, in OBJ, consists of its lines.
     ///
     /// # Errors
     /// [`MeshError::UnknownPart`] for an unknown name, [`MeshError::Unusable`] if the file or its
@@ -173,16 +180,22 @@ impl Parts {
                 "use the whole file, or save it as OBJ or glTF",
             ));
         };
+        let of_name = |part: &&Part| part.label.names().any(|other| other == name);
         let spans = |is_object| {
-            let of_name = named.parts.iter().filter(move |it| {
-                it.label.is_object() == is_object && it.label.names().any(|other| other == name)
-            });
-            of_name.map(|it| it.elements.clone()).collect::<Vec<_>>()
+            let parts = named.parts.iter().filter(of_name);
+            let parts = parts.filter(|it| it.label.is_object() == is_object && it.has_mesh());
+            parts.map(|it| it.elements.clone()).collect::<Vec<_>>()
         };
         let mut spans = Some(spans(true))
             .filter(|spans| !spans.is_empty())
             .unwrap_or_else(|| spans(false));
         if spans.is_empty() {
+            if named.parts.iter().any(|part| of_name(&part)) {
+                return Err(MeshError::unusable(
+                    format!("{file}: the part “{}” has no mesh", shown(name)),
+                    "use one with triangles, or with lines in OBJ",
+                ));
+            }
             let names = self.names();
             if names.is_empty() {
                 return Err(MeshError::unusable(
@@ -217,13 +230,6 @@ impl Parts {
             ignored += end.ignored - start.ignored;
             done = end;
         }
-        if triangles.is_empty() && segments.is_empty() {
-            return Err(MeshError::unusable(
-                format!("{file}: the part “{}” has no mesh", shown(name)),
-                "use one with triangles, or with lines in OBJ",
-            ));
-        }
-        let mut vertices = self.whole.vertices().to_vec();
         let mut notes = named.notes.clone();
         if !triangles.is_empty() {
             ignored += lines;
@@ -232,16 +238,14 @@ impl Parts {
             notes.push(format!("{}: {ignored}", named.ignored));
         }
         Ok(if triangles.is_empty() {
-            keep_used(&mut vertices, &mut segments);
             FileMesh::Curves(CurveMesh {
-                vertices,
+                vertices: take_used(self.whole.vertices(), &mut segments),
                 segments,
                 notes,
             })
         } else {
-            keep_used(&mut vertices, &mut triangles);
             FileMesh::Surface(SurfaceMesh {
-                vertices,
+                vertices: take_used(self.whole.vertices(), &mut triangles),
                 triangles,
                 notes,
             })
@@ -266,6 +270,19 @@ impl Parts {
     pub fn bounds(&self) -> Bounds {
         self.whole.bounds()
     }
+}
+
+/// The vertices that elements use, in their order, by which the elements are renumbered. In a time that
+/// does not depend on the other vertices: a file may have many parts.
+fn take_used<const N: usize>(all: &[DVec3], elements: &mut [[u32; N]]) -> Vec<DVec3> {
+    let mut used: Vec<u32> = elements.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    for corner in elements.iter_mut().flatten() {
+        // Each is among those that are used.
+        *corner = used.partition_point(|&other| other < *corner) as u32;
+    }
+    used.iter().map(|&it| all[it as usize]).collect()
 }
 
 /// A name for a message: without control characters, and not too long.
