@@ -123,6 +123,14 @@ fn a_node_is_its_mesh_with_all_transforms_above() {
     assert_eq!(parts.whole().vertices().len(), 16);
 }
 
+/// An empty node, or an object without faces, does not hide the mesh or group of its name.
+#[test]
+fn a_part_without_a_mesh_hides_no_other_of_its_name() {
+    let parts = parts("shadow.obj", &obj("o Leg\no Rest\ng Leg\n{}"));
+    assert_eq!(parts.names(), ["Rest", "Leg"]);
+    assert_eq!(part(&parts, "Leg"), part(&parts, "Rest"));
+}
+
 #[test]
 fn a_name_above_and_below_counts_elements_once() {
     let parts = parts(
@@ -151,7 +159,7 @@ fn objects_of_obj_are_parts_and_groups_where_no_object_has_the_name() {
         "the object, not the group"
     );
     assert_eq!(part(&parts, "legs"), (3.0, 3.0, 1));
-    assert_eq!(parts.names(), ["Left Leg#1", "Plate", "legs"]);
+    assert_eq!(parts.names(), ["Left Leg#1", "Plate", "legs", "feet"]);
     assert_eq!(extent(parts.whole()).2, 6);
 }
 
@@ -285,6 +293,7 @@ fn parts_that_are_too_far_away_or_too_small_in_their_bounds_are_refused() {
         },
     ] {
         let options = BuildOptions {
+            size: Some(1.0),
             bounds: Some(bounds),
             treatment: Treatment::Shell,
             ..BuildOptions::default()
