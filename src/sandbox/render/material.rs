@@ -182,7 +182,7 @@ impl Material for SkinMaterial {
     }
 
     fn prepass_vertex_shader() -> ShaderRef {
-        "embedded://pliant/sandbox/render/shaders/skin_shadow.wgsl".into()
+        "embedded://pliant/sandbox/render/shaders/skin_vertex.wgsl".into()
     }
 
     fn fragment_shader() -> ShaderRef {
@@ -301,7 +301,6 @@ impl Plugin for SkinPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "shaders/body.wgsl");
         embedded_asset!(app, "shaders/skin_vertex.wgsl");
-        embedded_asset!(app, "shaders/skin_shadow.wgsl");
         embedded_asset!(app, "shaders/wire.wgsl");
         embedded_asset!(app, "shaders/reference_overlay.wgsl");
         app.add_plugins((
