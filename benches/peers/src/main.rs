@@ -22,7 +22,11 @@ use contact::Touching;
 use machine::Machine;
 use measure::Effort;
 use peer::Peer;
-use std::{fs, path::PathBuf, time::Duration};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::Duration,
+};
 use table::{Findings, Participant, Size};
 
 /// Measures Pliant and its peers on the same scenes.
@@ -166,20 +170,37 @@ fn measure_accuracy(
     let names = rows(&arguments.rows, &accuracy::problems::NAMES)?;
     let mut effort = accuracy::effort(arguments.quick);
     effort.rounds = arguments.rounds.unwrap_or(effort.rounds).max(1);
+    // Before minutes of measurement, not after them.
+    let document = arguments.splice.as_deref().map(spliced).transpose()?;
+    let _only_thread = one_thread()?;
     let findings = accuracy::measure(&names, peers, left_out, Machine::look(), effort)?;
+    let table = findings.markdown()?;
+    write_results(arguments, &table, &findings)?;
+    if let (Some(file), Some(text)) = (&arguments.splice, document) {
+        let text = accuracy::splice(&text, &table).unwrap_or(text);
+        fs::write(file, text).with_context(|| format!("writing {}", file.display()))?;
+    }
     if let Some(file) = &arguments.svg {
         fs::write(file, findings.diagram()?)
             .with_context(|| format!("writing {}", file.display()))?;
     }
-    let table = findings.markdown()?;
-    if let Some(file) = &arguments.splice {
-        let text =
-            fs::read_to_string(file).with_context(|| format!("reading {}", file.display()))?;
-        let text = accuracy::splice(&text, &table)
-            .with_context(|| format!("{} has no markers of this table", file.display()))?;
-        fs::write(file, text).with_context(|| format!("writing {}", file.display()))?;
-    }
-    write_results(arguments, &table, &findings)
+    Ok(())
+}
+
+/// A file with the markers of the table.
+fn spliced(file: &Path) -> anyhow::Result<String> {
+    let text = fs::read_to_string(file).with_context(|| format!("reading {}", file.display()))?;
+    accuracy::splice(&text, "")
+        .with_context(|| format!("{} has no markers of this table", file.display()))?;
+    Ok(text)
+}
+
+/// Makes this thread the only one of a pool, in which peers that use Rayon run, as long as it is kept:
+/// handing each tick to another thread would cost them more than a small body does.
+fn one_thread() -> anyhow::Result<rayon::ThreadPool> {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(1);
+    let pool = builder.use_current_thread().build();
+    pool.context("starting a pool of one thread")
 }
 
 /// Default number of rounds of scenes in which bodies touch, each a run of some seconds.

@@ -77,7 +77,7 @@ pub fn effort(quick: bool) -> Effort {
 
 /// Marks the table in a Markdown file.
 const MARKERS: [&str; 2] = [
-    "<!-- peers accuracy: begin -->\n",
+    "<!-- peers accuracy: begin -->",
     "<!-- peers accuracy: end -->",
 ];
 
@@ -87,7 +87,7 @@ pub fn splice(text: &str, table: &str) -> Option<String> {
     let (before, rest) = text.split_once(MARKERS[0])?;
     let (_, after) = rest.split_once(MARKERS[1])?;
     let [begin, end] = MARKERS;
-    Some(format!("{before}{begin}{table}{end}{after}"))
+    Some(format!("{before}{begin}\n{table}{end}{after}"))
 }
 
 /// Measures the named problems with the solvers of these peers.
@@ -179,8 +179,8 @@ mod tests {
     #[test]
     fn a_table_replaces_the_one_between_the_markers() {
         let [begin, end] = MARKERS;
-        let text = format!("a\n{begin}old\n{end}\nb\n");
-        let new = format!("a\n{begin}new\n{end}\nb\n");
+        let text = format!("a\n{begin}\r\nold\n{end}\nb\n");
+        let new = format!("a\n{begin}\nnew\n{end}\nb\n");
         assert_eq!(splice(&text, "new\n"), Some(new));
         assert_eq!(splice("none", "new"), None);
     }
@@ -200,6 +200,37 @@ mod tests {
         for name in ["beam4", "springs4", "twist", "chain"] {
             let error = error_of("Pliant direct", name, Setting::new(8, 2));
             assert!(error < 1e-4, "{name}: {error}");
+        }
+    }
+
+    /// An edge between two pins has no frequency.
+    #[cfg(feature = "rapier")]
+    #[test]
+    fn rapier_is_finite_without_damping() {
+        let setting = Setting {
+            frequency: Some(1e6),
+            damping: Some(0.0),
+            ..Setting::new(64, 4)
+        };
+        assert!(error_of("Rapier", "springs4", setting).is_finite());
+    }
+
+    /// Each peer was given the compliances, as it converges to the reference.
+    #[cfg(all(feature = "rapier", feature = "oxiphysics"))]
+    #[test]
+    fn peers_converge_to_the_same_equilibrium() {
+        let rapier = Setting {
+            damping: Some(0.1),
+            ..Setting::new(32, 16)
+        };
+        for (solver, problem, setting, largest) in [
+            ("Rapier", "chain", rapier, 1e-3),
+            ("OxiPhysics", "jelly-springs", Setting::new(16, 2), 1e-3),
+            #[cfg(jolt)]
+            ("Jolt", "jelly-springs", Setting::new(16, 1), 1e-2),
+        ] {
+            let error = error_of(solver, problem, setting);
+            assert!(error < largest, "{solver} {problem}: {error}");
         }
     }
 

@@ -19,8 +19,11 @@ use std::time::Duration;
 /// Ticks of a window: half a second.
 const WINDOW: u32 = RATE as u32 / 2;
 
-/// A body is at rest if its remaining way is at most this fraction of its error.
+/// A body is at rest if its remaining way is at most this fraction of its error, or of the largest target.
 const FRACTION: f64 = 0.1;
+
+/// The largest target for an error. A body that is far off and oscillates is not at rest.
+const LARGEST_TARGET: f64 = 0.1;
 
 /// Remaining ways below this are small enough for any error target, relative to the displacement.
 const MIN_WAY: f64 = 1e-4;
@@ -73,7 +76,7 @@ pub fn remaining_way(steps: &[f64]) -> f64 {
 /// Whether a body with this remaining way and error counts as being at rest.
 #[must_use]
 pub fn is_settled(remaining: f64, error: f64) -> bool {
-    remaining <= (FRACTION * error).max(MIN_WAY)
+    remaining <= (FRACTION * error.min(LARGEST_TARGET)).max(MIN_WAY)
 }
 
 /// Steps until the body is at rest.
@@ -111,6 +114,7 @@ pub fn settle(
                 .max(measure.between(&window.mean, &free.mean));
             rest.settled = is_settled(rest.remaining, free.error);
             window = free;
+            search.energies = [0.0; 2];
         }
         rest.error = window.error;
         rest.seconds = f64::from(search.ticks) / f64::from(RATE);
@@ -241,6 +245,7 @@ mod tests {
         assert!(is_settled(0.009, 0.1));
         assert!(!is_settled(0.011, 0.1));
         assert!(is_settled(0.9e-4, 1e-6));
+        assert!(!is_settled(0.02, 1.0));
         assert!(!is_settled(f64::INFINITY, 1.0));
     }
 }

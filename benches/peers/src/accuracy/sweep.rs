@@ -25,11 +25,13 @@ use std::time::Duration;
 /// The errors to reach.
 pub const TARGETS: [f64; 3] = [0.1, 0.01, 0.001];
 
-/// A setting is not tried if it takes this many times as long as one that reaches all targets.
-const MARGIN: f64 = 2.0;
+/// A setting is not tried if it takes this many times as long as one that reaches all targets. Both times
+/// are those of coming to rest, which are 0.3 to 2 times those at rest.
+const MARGIN: f64 = 3.0;
 
-/// A setting is timed if none of at most its error took less than this fraction of its time.
-const NEAR: f64 = 0.7;
+/// A setting is timed if none of at most its error took less than this fraction of its time, for the
+/// same reason.
+const NEAR: f64 = 0.4;
 
 /// Duration of a measurement.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -130,8 +132,10 @@ pub fn sweep(
             let tried = try_all(solver.as_ref(), problem, &measure, &masses, effort);
             let worth = worth_timing(&tried);
             for ((point, trial), worth) in tried.into_iter().zip(worth) {
-                if let Some(trial) = trial.filter(|_| worth) {
-                    alive.push(Timed::new(place, points.len(), trial));
+                if let (Some(trial), Some((ms, _))) = (trial.filter(|_| worth), point.estimate()) {
+                    let slice = effort.slice.as_secs_f64() * 1e3;
+                    let ticks = (slice * f64::from(RATE) / ms).ceil().clamp(1.0, 1e4) as u32;
+                    alive.push(Timed::new((place, points.len()), ticks, trial));
                 }
                 points.push(point);
             }
@@ -144,7 +148,7 @@ pub fn sweep(
     }
     for _ in 0..effort.rounds {
         for timed in &mut alive {
-            timed.round(effort.slice);
+            timed.round();
         }
     }
     for timed in alive {
@@ -316,32 +320,31 @@ fn probe(trial: &mut dyn Trial) -> f64 {
 struct Timed {
     solver: usize,
     point: usize,
+    /// Ticks of a round: the clock is a system call, which would count for a small body.
+    ticks: u32,
     trial: Box<dyn Trial>,
     /// Time per simulated second in each round [ms].
     rounds: Vec<f64>,
 }
 
 impl Timed {
-    fn new(solver: usize, point: usize, trial: Box<dyn Trial>) -> Self {
+    fn new((solver, point): (usize, usize), ticks: u32, trial: Box<dyn Trial>) -> Self {
         Self {
             solver,
             point,
+            ticks,
             trial,
             rounds: Vec::new(),
         }
     }
 
-    fn round(&mut self, slice: Duration) {
+    fn round(&mut self) {
         // The first tick after another solver finds cold caches.
         self.trial.tick();
         let start = ProcessTime::now();
-        let mut ticks = 0_u32;
-        while ticks == 0 || start.elapsed() < slice {
-            self.trial.tick();
-            ticks += 1;
-        }
+        (0..self.ticks).for_each(|_| self.trial.tick());
         let seconds = start.elapsed().as_secs_f64();
         self.rounds
-            .push(seconds * 1e3 * f64::from(RATE) / f64::from(ticks));
+            .push(seconds * 1e3 * f64::from(RATE) / f64::from(self.ticks));
     }
 }

@@ -24,16 +24,18 @@ pub struct Setting {
     pub frequency: Option<f32>,
     /// Fraction of critical damping, for a solver in which it affects the state of rest.
     pub damping: Option<f32>,
+    /// Relative residual of its linear systems, unless it is the default.
+    pub tolerance: Option<f32>,
 }
 
 /// Parameters of a setting other than substeps and iterations.
-pub type Family = [Option<f32>; 2];
+pub type Family = [Option<f32>; 3];
 
 impl Setting {
     /// Its other parameters.
     #[must_use]
     pub const fn family(&self) -> Family {
-        [self.frequency, self.damping]
+        [self.frequency, self.damping, self.tolerance]
     }
 
     /// Whether it is on the coarser grid of substeps, which are powers of four, and
@@ -52,6 +54,7 @@ impl Setting {
             iterations,
             frequency: None,
             damping: None,
+            tolerance: None,
         }
     }
 
@@ -71,6 +74,9 @@ impl std::fmt::Display for Setting {
         }
         if let Some(damping) = self.damping {
             write!(f, ", ζ {damping}")?;
+        }
+        if let Some(tolerance) = self.tolerance {
+            write!(f, ", ε {tolerance}")?;
         }
         Ok(())
     }
