@@ -96,31 +96,38 @@ impl Matrix {
     }
 }
 
-/// block += s g hᵀ.
-pub(crate) fn add_outer(block: &mut Block, g: DVec3, h: DVec3, s: f64) {
-    for (column, h) in block.iter_mut().zip(h.to_array()) {
-        let g = g * (h * s);
-        column[0] += g.x;
-        column[1] += g.y;
-        column[2] += g.z;
+/// block += g hᵀ, with `g` padded by 0.
+#[inline(always)]
+pub(crate) fn add_outer(block: &mut Block, g: [f64; 4], h: [f64; 3]) {
+    for c in 0..3 {
+        for r in 0..4 {
+            block[c][r] += g[r] * h[c];
+        }
     }
 }
 
 /// block += s · 1.
+#[inline(always)]
 pub(crate) fn add_unit(block: &mut Block, s: f64) {
     block[0][0] += s;
     block[1][1] += s;
     block[2][2] += s;
 }
 
-/// Adds the matrix of v×.
-pub(crate) fn add_cross(block: &mut Block, v: DVec3) {
-    block[0][1] += v.z;
-    block[0][2] -= v.y;
-    block[1][0] -= v.z;
-    block[1][2] += v.x;
-    block[2][0] += v.y;
-    block[2][1] -= v.x;
+/// Adds s · 1 and the matrix of v×. In one pass, as partial writes of a column would delay its next
+/// read.
+#[inline(always)]
+pub(crate) fn add_unit_and_cross(block: &mut Block, s: f64, v: DVec3) {
+    let added = [
+        [s, v.z, -v.y, 0.0],
+        [-v.z, s, v.x, 0.0],
+        [v.y, -v.x, s, 0.0],
+    ];
+    for c in 0..3 {
+        for r in 0..4 {
+            block[c][r] += added[c][r];
+        }
+    }
 }
 
 /// A factorization, compiled per instruction set.

@@ -37,7 +37,9 @@
 
 mod assemble;
 mod choice;
+mod column;
 pub(super) mod matrix;
+mod merit;
 pub(super) mod plan;
 
 use super::elastic::Elastic as _;
@@ -47,9 +49,11 @@ use super::{
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use assemble::{Assemble, Column, Columns, ForeseenMerit, Links, Merit, Positions, Prepare};
+use assemble::{Assemble, Positions};
+use column::{Column, Columns, Links, Prepare};
 use glam::{DVec3, Vec4};
 use matrix::{Matrix, add_unit};
+use merit::{ForeseenMerit, Merit};
 use plan::{Plan, TooLarge};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -499,6 +503,7 @@ impl Workspace {
                     x,
                     p,
                     h,
+                    instructions: given.instructions,
                 };
                 let mut assemble = Assemble {
                     places,
@@ -529,6 +534,7 @@ impl Workspace {
                 x,
                 p,
                 h,
+                instructions: given.instructions,
             };
             let mut foresee = ForeseenMerit {
                 places,
@@ -556,6 +562,7 @@ impl Workspace {
                 x,
                 p,
                 h,
+                instructions: given.instructions,
             };
             let mut merit = Merit {
                 places,

@@ -79,8 +79,9 @@ impl NeoHookean {
     /// Compliances of D and H [1/J] of a tetrahedron of the given rest volume [m³].
     #[must_use]
     pub fn compliances_of(&self, rest_volume: f32) -> [f64; 2] {
-        self.lame()
-            .map(|modulus| 1.0 / (modulus * f64::from(rest_volume.abs())))
+        let [mu, lambda] = self.lame();
+        let rest_volume = f64::from(rest_volume.abs());
+        [1.0 / (mu * rest_volume), 1.0 / (lambda * rest_volume)]
     }
 }
 
@@ -102,6 +103,7 @@ const SOFTEST: f32 = 1e30;
 
 /// D and J − 1 of F = 1 + `h`, and their derivatives with respect to F.
 #[must_use]
+#[inline(always)]
 pub fn strains(h: DMat3) -> ([f64; 2], [DMat3; 2]) {
     let green = h + h.transpose() + h.transpose() * h;
     let volume = trace(h) + minors(h) + h.determinant();
@@ -115,6 +117,7 @@ pub fn strains(h: DMat3) -> ([f64; 2], [DMat3; 2]) {
     ([shear, volume], [by_shear, cofactors])
 }
 
+#[inline(always)]
 fn cofactors(f: DMat3) -> DMat3 {
     DMat3::from_cols(
         f.y_axis.cross(f.z_axis),
@@ -123,15 +126,18 @@ fn cofactors(f: DMat3) -> DMat3 {
     )
 }
 
+#[inline(always)]
 fn inner(a: DMat3, b: DMat3) -> f64 {
     a.x_axis.dot(b.x_axis) + a.y_axis.dot(b.y_axis) + a.z_axis.dot(b.z_axis)
 }
 
+#[inline(always)]
 fn trace(m: DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
 /// Sum of the principal minors.
+#[inline(always)]
 fn minors(m: DMat3) -> f64 {
     let DMat3 {
         x_axis: a,
@@ -142,8 +148,9 @@ fn minors(m: DMat3) -> f64 {
 }
 
 /// Gradients for each corner of a quantity with the derivative `slope` with respect to F.
+#[inline(always)]
 fn gradients(slope: DMat3, inverse: [DVec3; 3]) -> [DVec3; 4] {
-    let [g1, g2, g3] = inverse.map(|row| slope * row);
+    let (g1, g2, g3) = (slope * inverse[0], slope * inverse[1], slope * inverse[2]);
     [-(g1 + g2 + g3), g1, g2, g3]
 }
 
@@ -167,16 +174,20 @@ impl Elastic<4, 2> for NeoHookean {
         }
     }
 
+    #[inline(always)]
     fn rows(&self, topology: &Topology, index: usize, points: [Point; 4]) -> [Row<4>; 2] {
         let frames = topology.frames();
-        let x = points.map(|point| point.x);
+        let [a, b, c, d] = points;
+        let x = [a.x, b.x, c.x, d.x];
         let (errors, slopes) = strains(frames.displacement_gradient(index, x));
         let inverse = frames.inverse_of(index);
-        let [shear, mut volume] = slopes.map(|slope| gradients(slope, inverse));
+        let (shear, mut volume) = (gradients(slopes[0], inverse), gradients(slopes[1], inverse));
         let scale = f64::from(frames.gradient_scale[index]);
-        let least = f64::from(FLOOR) * scale * points.iter().map(|point| point.w).sum::<f64>();
-        let terms = volume.iter().zip(&points);
-        let weight: f64 = terms.map(|(g, point)| point.w * g.length_squared()).sum();
+        let least = f64::from(FLOOR) * scale * (a.w + b.w + c.w + d.w);
+        let mut weight = 0.0;
+        for corner in 0..4 {
+            weight += points[corner].w * volume[corner].length_squared();
+        }
         if weight < f64::from(VANISHED) * least {
             volume = gradients(DMat3::IDENTITY, inverse);
         } else if errors[1] < MIN_VOLUME.into() {
@@ -230,6 +241,7 @@ impl Elastic<4, 2> for NeoHookean {
 
     /// ½µD² + ½λH² has the second derivatives µ(1 + ∇J∇Jᵀ + (J − 2)∇²J) + λ(∇J∇Jᵀ + H∇²J) by F, and
     /// ∇²J of two corners with the gradients Gᵢ and Gⱼ of their shape functions is −F(Gᵢ × Gⱼ)×.
+    #[inline(always)]
     fn curvature(
         &self,
         topology: &Topology,
@@ -237,24 +249,36 @@ impl Elastic<4, 2> for NeoHookean {
         points: [Point; 4],
     ) -> Option<Curvature<4, 2>> {
         let frames = topology.frames();
-        let h = frames.displacement_gradient(index, points.map(|point| point.x));
+        let [a, b, c, d] = points;
+        let h = frames.displacement_gradient(index, [a.x, b.x, c.x, d.x]);
         let f = DMat3::IDENTITY + h;
         let volume = trace(h) + minors(h) + h.determinant();
-        let [of_shear, of_volume] = self
-            .compliances_of(topology.tetrahedra.rest_volume[index])
-            .map(|alpha| 1.0 / alpha);
+        let [of_shear, of_volume] = self.compliances_of(topology.tetrahedra.rest_volume[index]);
+        let (of_shear, of_volume) = (1.0 / of_shear, 1.0 / of_volume);
         let inverse = frames.inverse_of(index);
         let shape = gradients(DMat3::IDENTITY, inverse);
         let mixed = of_shear * (volume - 1.0) + of_volume * volume;
+        let (mut even, mut odd) = ([[0.0; 4]; 4], [[DVec3::ZERO; 4]; 4]);
+        for i in 0..4 {
+            for j in 0..=i {
+                even[i][j] = of_shear * shape[i].dot(shape[j]);
+                even[j][i] = even[i][j];
+            }
+            for j in 0..i {
+                odd[i][j] = f * shape[i].cross(shape[j]) * mixed;
+                odd[j][i] = -odd[i][j];
+            }
+        }
         Some(Curvature {
             along: [0.0, of_shear + of_volume],
-            even: shape.map(|a| shape.map(|b| of_shear * a.dot(b))),
-            odd: shape.map(|a| shape.map(|b| f * a.cross(b) * mixed)),
+            even,
+            odd,
             // Beyond, H is constant.
             is_far: volume <= MIN_VOLUME.into(),
         })
     }
 
+    #[inline(always)]
     fn foresee(
         &self,
         topology: &Topology,
@@ -263,10 +287,14 @@ impl Elastic<4, 2> for NeoHookean {
         steps: [DVec3; 4],
     ) -> Option<[f64; 2]> {
         let frames = topology.frames();
-        let x = points.map(|point| point.x);
-        let h = frames.displacement_gradient(index, x);
+        let [a, b, c, d] = points;
+        let h = frames.displacement_gradient(index, [a.x, b.x, c.x, d.x]);
         let f = DMat3::IDENTITY + h;
-        let by = [1, 2, 3].map(|corner: usize| steps[corner] - steps[0]);
+        let by = [
+            steps[1] - steps[0],
+            steps[2] - steps[0],
+            steps[3] - steps[0],
+        ];
         let change = frames.gradient(index, by);
         let ([shear, volume], _) = strains(h);
         let first = inner(cofactors(f), change);

@@ -93,6 +93,7 @@ impl Elastic<2, 1> for Stretch {
         Kernel::new(&topology.edges, &topology.rest, self.coefficients(h))
     }
 
+    #[inline(always)]
     fn rows(&self, topology: &Topology, index: usize, ends: [Point; 2]) -> [Row<2>; 1] {
         let rest_length = topology.edges.rest_length[index];
         [edge_row(ends, rest_length, self.compliance_of(rest_length))]
@@ -108,6 +109,7 @@ impl Elastic<2, 1> for Stretch {
 }
 
 /// The equation of a spring of a rest length [m] and a compliance [m/N].
+#[inline(always)]
 pub(super) fn edge_row([a, b]: [Point; 2], rest_length: f32, compliance: f64) -> Row<2> {
     let d = b.x - a.x;
     let length = d.length();

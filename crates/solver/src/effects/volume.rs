@@ -84,6 +84,7 @@ const FLOOR: f32 = 0.01;
 const VANISHED: f32 = 1e-4;
 
 /// ∇V for each corner [m²].
+#[inline(always)]
 pub(crate) fn gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
     let (a, b, c) = (x1 - x0, x2 - x0, x3 - x0);
     let (g1, g2, g3) = (b.cross(c) / 6.0, c.cross(a) / 6.0, a.cross(b) / 6.0);
@@ -151,6 +152,7 @@ impl Elastic<4, 1> for Volume {
         }
     }
 
+    #[inline(always)]
     fn rows(&self, topology: &Topology, index: usize, points: [Point; 4]) -> [Row<4>; 1] {
         let rest_volume = topology.tetrahedra.rest_volume[index];
         let scale = f64::from(topology.tetrahedra.gradient_scale[index]);

@@ -46,32 +46,40 @@ impl Frames {
 
     /// The rows of D₀⁻¹ of one tetrahedron [1/m].
     #[must_use]
+    #[inline(always)]
     pub fn inverse_of(&self, index: usize) -> [DVec3; 3] {
-        [0, 1, 2].map(|row: usize| vector(&self.inverse[row], index))
+        let [a, b, c] = &self.inverse;
+        [vector(a, index), vector(b, index), vector(c, index)]
     }
 
     /// F − 1 of one tetrahedron whose corners are at `x` [m].
     #[must_use]
+    #[inline(always)]
     pub fn displacement_gradient(&self, index: usize, [x0, x1, x2, x3]: [DVec3; 4]) -> DMat3 {
-        let edges = [x1 - x0, x2 - x0, x3 - x0];
-        self.gradient(
-            index,
-            [0, 1, 2].map(|k| edges[k] - vector(&self.edges[k], index)),
-        )
+        let [a, b, c] = &self.edges;
+        let moved = [
+            x1 - x0 - vector(a, index),
+            x2 - x0 - vector(b, index),
+            x3 - x0 - vector(c, index),
+        ];
+        self.gradient(index, moved)
     }
 
     /// Change of F of one tetrahedron whose edges from its first corner change by `moved` [m].
+    #[inline(always)]
     pub(crate) fn gradient(&self, index: usize, moved: [DVec3; 3]) -> DMat3 {
-        let inverse = self.inverse_of(index);
-        DMat3::from_cols_array_2d(&[0, 1, 2].map(|axis: usize| {
-            (moved[0] * inverse[0][axis]
-                + moved[1] * inverse[1][axis]
-                + moved[2] * inverse[2][axis])
-                .to_array()
-        }))
+        let [p, q, r] = self.inverse_of(index);
+        let [a, b, c] = moved;
+        DMat3::from_cols(
+            a * p.x + b * q.x + c * r.x,
+            a * p.y + b * q.y + c * r.y,
+            a * p.z + b * q.z + c * r.z,
+        )
     }
 }
 
+#[inline(always)]
 fn vector(columns: &[Vec<f32>; 3], index: usize) -> DVec3 {
-    DVec3::from_array([0, 1, 2].map(|axis: usize| f64::from(columns[axis][index])))
+    let [x, y, z] = columns;
+    DVec3::new(x[index].into(), y[index].into(), z[index].into())
 }

@@ -1,0 +1,139 @@
+//! The merit function of a direct step: an augmented Lagrangian, which must not grow.
+
+use super::{
+    assemble::Positions,
+    column::{Column, Columns},
+    plan::Plan,
+};
+use crate::{
+    elastic::{Elastic, Visit},
+    lanes::{Lanes, SimdWork},
+    order::Elements,
+};
+use glam::DVec3;
+
+/// Predicts λ after a full step Δx.
+pub(super) struct ForeseenMerit<'a> {
+    pub places: Positions<'a>,
+    pub plan: &'a Plan,
+    pub columns: &'a mut Columns,
+    /// By elimination index of the particle [m].
+    pub step: &'a [DVec3],
+    /// Accumulates the value of [`Merit`] before the step.
+    pub sum: f64,
+    /// Whether the tension of an edge exceeds the assumed one by a relevant amount.
+    pub tighter: bool,
+}
+
+impl Visit for ForeseenMerit<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        if E::KIND.is_solved_directly() {
+            self.places.instructions.run(Foreseen(self, effect));
+        }
+    }
+}
+
+/// The elements of one effect.
+struct Foreseen<'a, 'b, E, const N: usize, const M: usize>(&'a mut ForeseenMerit<'b>, &'a E);
+
+impl<const N: usize, const M: usize, E: Elastic<N, M>> SimdWork for Foreseen<'_, '_, E, N, M> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) {
+        let Self(merit, effect) = self;
+        let elements: &Elements<N> = E::elements(merit.places.topology);
+        for (index, corners) in elements.corners().enumerate() {
+            merit.foresee(effect, index, corners);
+        }
+    }
+}
+
+impl ForeseenMerit<'_> {
+    /// Of one element.
+    #[inline(always)]
+    fn foresee<const N: usize, const M: usize, E: Elastic<N, M>>(
+        &mut self,
+        effect: &E,
+        index: usize,
+        corners: [u32; N],
+    ) {
+        let places = self.places;
+        let Column {
+            rows,
+            gradients,
+            lambdas,
+            next,
+            tensions,
+            ..
+        } = &mut self.columns[E::KIND as usize];
+        let mut steps = [DVec3::ZERO; N];
+        for k in 0..N {
+            steps[k] = self.step[self.plan.place[corners[k] as usize] as usize];
+        }
+        let foreseen = effect.foresee(places.topology, index, places.points(corners), steps);
+        for equation in 0..M {
+            let number = index * M + equation;
+            let kept = &rows[number];
+            let mut moved = 0.0;
+            for k in 0..N {
+                moved += gradients[number * N + k].dot(steps[k]);
+            }
+            next[number] = lambdas[number] - (kept.residual + kept.stiffness * moved);
+            if let Some(errors) = foreseen
+                && kept.alpha > 0.0
+            {
+                // Its second order, which is all where C has no gradient at rest.
+                let bent = errors[equation] - kept.error - moved;
+                next[number] -= bent / kept.alpha;
+            }
+            self.sum += kept.merit(kept.error, kept.lost, next[number]);
+        }
+        if N == 2 {
+            let (tension, length) = &mut tensions[index];
+            let now = (-next[index]).max(0.0);
+            let mut weight = 0.0;
+            for corner in corners {
+                weight += places.w[corner as usize];
+            }
+            self.tighter |= (now - *tension) * weight > *length;
+            *tension = now;
+        }
+    }
+}
+
+/// Accumulates the merit function at x, with the predicted λ.
+pub(super) struct Merit<'a> {
+    pub places: Positions<'a>,
+    pub columns: &'a Columns,
+    pub sum: f64,
+}
+
+impl Visit for Merit<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        if E::KIND.is_solved_directly() {
+            self.places.instructions.run(At(self, effect));
+        }
+    }
+}
+
+/// The elements of one effect.
+struct At<'a, 'b, E, const N: usize, const M: usize>(&'a mut Merit<'b>, &'a E);
+
+impl<const N: usize, const M: usize, E: Elastic<N, M>> SimdWork for At<'_, '_, E, N, M> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) {
+        let Self(merit, effect) = self;
+        let places = merit.places;
+        let gamma = f64::from(effect.damping().get()) / places.h;
+        let Column {
+            rows: kept, next, ..
+        } = &merit.columns[E::KIND as usize];
+        let elements: &Elements<N> = E::elements(places.topology);
+        for (index, corners) in elements.corners().enumerate() {
+            let rows = effect.rows(places.topology, index, places.points(corners));
+            for (number, row) in (index * M..).zip(&rows) {
+                let (_, lost) = places.damped(corners, row, gamma);
+                merit.sum += kept[number].merit(row.error, lost, next[number]);
+            }
+        }
+    }
+}
