@@ -250,7 +250,7 @@ impl Assemble<'_> {
 
 /// Σ w‖∇C‖².
 #[inline(always)]
-fn weight<const N: usize>(row: &Row<N>, points: &[Point; N]) -> f64 {
+pub(super) fn weight<const N: usize>(row: &Row<N>, points: &[Point; N]) -> f64 {
     let mut sum = 0.0;
     for (point, g) in points.iter().zip(&row.gradients) {
         sum += point.w * g.length_squared();

@@ -18,7 +18,7 @@
 //!
 //! **Time.** Nanoseconds per substep, measured with the same problems on one thread of a cloud AMD EPYC:
 //! by Gauss–Seidel 1000 for a body, 4.5 for an edge or a volume, and 14 for each equation of an element
-//! that has several; for their parts of a linear system 200 and 400, and 0.26 for each multiplication of
+//! that has several; for their parts of a linear system 90 and 185, and 0.12 for each multiplication of
 //! its factorization. Only the ratio matters, and the figures are the same everywhere, so that every
 //! computer chooses the same. The direct solver is compared at the substeps of the world, Gauss–Seidel
 //! at those that it needs, at most 1000.
@@ -40,9 +40,9 @@ const MEASURED: f64 = 0.5;
 const BODY: f64 = 1000.0;
 /// Nanoseconds per equation and substep, of elements with one equation and with several.
 const GAUSS_SEIDEL: [f64; 2] = [4.5, 14.0];
-const ASSEMBLY: [f64; 2] = [200.0, 400.0];
+const ASSEMBLY: [f64; 2] = [90.0, 185.0];
 /// Nanoseconds per multiplication of a factorization.
-const FACTORIZATION: f64 = 0.26;
+const FACTORIZATION: f64 = 0.12;
 /// Displacement that gives an equation a gradient which has none at rest, as a fraction of the body.
 const NUDGE: f64 = 1e-3;
 
