@@ -83,6 +83,7 @@ mod ground;
 mod isometric_bend;
 mod membrane;
 mod neo_hookean;
+pub(crate) mod own;
 mod pin_targets;
 mod plasticity;
 mod pressure;
@@ -101,6 +102,7 @@ mod weave;
 pub(crate) use external::follow_points;
 pub use external::{ExternalForce, ExternalImpulse};
 pub use grabs::Grabs;
+pub use own::{OwnEffect, OwnEffectError, OwnEffects};
 pub use pin_targets::PinTargets;
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,
