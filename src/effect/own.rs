@@ -57,6 +57,8 @@ pub(super) struct OwnKind {
     read: fn(&EntityRef) -> Option<Result<String, ron::Error>>,
     insert: fn(&mut EntityWorldMut, &str),
     remove: fn(&mut EntityWorldMut),
+    /// Whether it has a state besides the component.
+    has_state: bool,
 }
 
 /// An effect of an app on a body, as files contain it.
@@ -129,6 +131,7 @@ impl OwnKind {
             remove: |body| {
                 body.remove::<E>();
             },
+            has_state: size_of::<E::State>() > 0,
         }
     }
 }
@@ -210,11 +213,16 @@ impl OwnEffects {
         })
     }
 
-    /// Gives a body these effects, and removes all others of this list.
+    /// Gives a body these effects, with a new state, and removes all others of this list.
     pub(crate) fn set(&self, body: &mut EntityWorldMut, effects: &[OwnEffect]) {
         for kind in &self.0 {
             match effects.iter().find(|effect| effect.kind == *kind) {
-                Some(effect) => effect.insert(body),
+                Some(effect) => {
+                    if kind.has_state {
+                        (kind.remove)(body);
+                    }
+                    effect.insert(body);
+                }
                 None => (kind.remove)(body),
             }
         }
