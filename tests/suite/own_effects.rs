@@ -16,7 +16,7 @@ use pliant::{
     },
     simulation::{
         Action, Active, Asleep, CurrentSubstep, EffectSystems, Moment, NewBody, SolverSystems,
-        StepSchedule, StepSystems, SubstepSchedule,
+        SubstepSchedule,
         plain::{self, bodies_in_order},
         state_hash,
     },
@@ -87,7 +87,7 @@ fn blow(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &mut Breez
     }
 }
 
-/// Ticks since the effect began.
+/// Substeps since the effect began.
 #[derive(Component, Debug, Default, PartialEq)]
 struct Age(u32);
 
@@ -103,13 +103,6 @@ impl Effect for Calm {
     const SUMMARY: &'static str = "Slows a body.";
     type State = Age;
     fn add_systems(schedules: &mut Schedules) {
-        let age =
-            |mut ages: Query<&mut Age, Active>| ages.iter_mut().for_each(|mut age| age.0 += 1);
-        schedules.add_systems(
-            StepSchedule,
-            age.in_set(EffectSystems(Self::NAME))
-                .in_set(StepSystems::End),
-        );
         schedules.add_systems(
             SubstepSchedule,
             slow.in_set(EffectSystems(Self::NAME))
@@ -118,8 +111,9 @@ impl Effect for Calm {
     }
 }
 
-fn slow(mut bodies: Query<(&mut Particles, &Calm), Active>) {
-    for (mut particles, calm) in &mut bodies {
+fn slow(mut bodies: Query<(&mut Particles, &Calm, &mut Age), Active>) {
+    for (mut particles, calm, mut age) in &mut bodies {
+        age.0 += 1;
         for i in 0..particles.len() {
             let v = particles.velocity_f64(i);
             particles.accelerate(i, v * -calm.factor);
@@ -494,7 +488,7 @@ fn undo_brings_the_effects_back() {
     assert_eq!(app.world().get::<Age>(body), Some(&Age(0)));
     // Also where the body was there all the time: a replay knows no other.
     ticks(&mut app, 3);
-    assert_eq!(app.world().get::<Age>(body), Some(&Age(3)));
+    assert_eq!(app.world().get::<Age>(body), Some(&Age(30)));
     before.restore(app.world_mut());
     assert_eq!(app.world().get::<Age>(body), Some(&Age(0)));
     assert_eq!(breeze(&mut app, 1), None);
