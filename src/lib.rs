@@ -45,8 +45,9 @@
 //! | `avian` | coupling with the rigid bodies of `avian3d` (feature `avian`) | `simulation`, `effect` |
 //! | `render` | meshes that follow bodies, picking, placement by `Transform` (feature `render`) | `simulation`, `scene` |
 //! | `sandbox` | the window (feature `window`) | all above |
+//! | `command` | the command line, also for an app with effects of its own | all above |
 //!
-//! `ablation`, `bench`, `output`, `study` and `torture` need the feature `program`. By default `window`, which turns on
+//! `ablation`, `bench`, `command`, `output`, `study` and `torture` need the feature `program`. By default `window`, which turns on
 //! `program` and `render`, and `parallel` are on; an app turns them off and chooses.
 //!
 //! # Effects
@@ -112,6 +113,8 @@ pub mod ablation;
 pub mod avian;
 #[cfg(feature = "program")]
 pub mod bench;
+#[cfg(feature = "program")]
+pub mod command;
 pub mod effect;
 #[doc(hidden)]
 pub mod file;

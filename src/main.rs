@@ -1,16 +1,8 @@
 //! The program: parses the command line and runs the command.
 
-mod command;
-
-use clap::Parser;
+use pliant::{command, effect::OwnEffects};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match command::CommandLine::parse().run() {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("pliant: {error:#}");
-            ExitCode::from(command::BAD_USAGE)
-        }
-    }
+    command::run(&OwnEffects::default())
 }

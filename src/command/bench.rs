@@ -7,8 +7,8 @@ use super::{
     say, say_line,
     threads::count,
 };
+use crate::bench::{self, Options, plot};
 use clap::Args;
-use pliant::bench::{self, Options, plot};
 use std::{path::PathBuf, process::ExitCode};
 
 /// Measures constraint projections per second, and the limits of the machine (roofline).

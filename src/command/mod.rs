@@ -1,5 +1,30 @@
-//! The commands. Exit codes: 0 for success, 1 if a check failed, 2 for bad usage, 130 if stopped by
-//! Ctrl-C.
+//! The command line of the program, also for an app with effects of its own.
+//!
+//! Exit codes: 0 for success, 1 if a check failed, 2 for bad usage, 130 if stopped by Ctrl-C.
+//!
+//! An app whose `main` is this has all commands of Pliant, with its effects in the scene files,
+//! snapshots and recordings that `run`, `run --ablate`, `replay` and `torture --scene` take, and in the
+//! window:
+//!
+//! ```no_run
+//! # use bevy::prelude::*;
+//! # use pliant::effect::{Effect, OwnEffects};
+//! # use std::process::ExitCode;
+//! # #[derive(Component, serde::Serialize, serde::Deserialize)]
+//! # struct Breeze;
+//! # impl Effect for Breeze {
+//! #     const NAME: &'static str = "breeze";
+//! #     const TITLE: &'static str = "Breeze";
+//! #     const SUMMARY: &'static str = "Pushes a body along x.";
+//! #     type State = ();
+//! # }
+//! fn main() -> ExitCode {
+//!     pliant::command::run(&OwnEffects::default().with::<Breeze>())
+//! }
+//! ```
+//!
+//! `study` compares with the f64 reference, which knows the effects of the crate only; see
+//! [`study::refine`](fn@crate::study::refine).
 
 mod bench;
 mod interrupt;
@@ -12,6 +37,7 @@ mod threads;
 mod torture;
 mod window;
 
+use crate::effect::OwnEffects;
 use clap::{Parser, Subcommand};
 use std::{
     fmt,
@@ -29,6 +55,7 @@ pub const FAILED: u8 = 1;
 /// robustness of its XPBD solver.
 ///
 /// Without a command, opens the window.
+#[doc(hidden)]
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 pub struct CommandLine {
@@ -49,17 +76,29 @@ enum Command {
     Torture(torture::TortureCommand),
 }
 
+/// Parses the command line of the process and runs the command, with effects of an app. Prints errors,
+/// and ends the process if the command line is invalid or asks for help.
+#[must_use]
+pub fn run(own: &OwnEffects) -> ExitCode {
+    match CommandLine::parse().run(own) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("pliant: {error:#}");
+            ExitCode::from(BAD_USAGE)
+        }
+    }
+}
+
 impl CommandLine {
-    /// Runs the command.
-    pub fn run(self) -> anyhow::Result<ExitCode> {
+    fn run(self, own: &OwnEffects) -> anyhow::Result<ExitCode> {
         match self.command {
-            None => self.window.run(),
+            None => self.window.run(own),
             Some(Command::Scenes(command)) => command.run(),
-            Some(Command::Run(command)) => command.run(),
-            Some(Command::Replay(command)) => command.run(),
+            Some(Command::Run(command)) => command.run(own),
+            Some(Command::Replay(command)) => command.run(own),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Study(command)) => command.run(),
-            Some(Command::Torture(command)) => command.run(),
+            Some(Command::Torture(command)) => command.run(own),
         }
     }
 }

@@ -1,8 +1,11 @@
 //! `pliant replay`.
 
 use super::{FAILED, counted, run::progress_bar, say, say_line, threads::ThreadsOption};
+use crate::{
+    effect::OwnEffects,
+    recording::{HASH_EVERY, Replay, replay_with},
+};
 use clap::Args;
-use pliant::recording::{HASH_EVERY, Replay, replay};
 use serde_json::{Value, json};
 use std::{path::PathBuf, process::ExitCode};
 
@@ -26,10 +29,10 @@ pub struct ReplayCommand {
 }
 
 impl ReplayCommand {
-    pub fn run(self) -> anyhow::Result<ExitCode> {
+    pub fn run(self, own: &OwnEffects) -> anyhow::Result<ExitCode> {
         let threads = self.threads.start()?;
         let bar = progress_bar();
-        let done = replay(&self.file, &threads, |fraction| {
+        let done = replay_with(&self.file, &threads, own, |fraction| {
             bar.set_position((fraction * 1000.0) as u64);
         });
         bar.finish_and_clear();

@@ -10,9 +10,8 @@ use super::{
     say, say_line,
     threads::ThreadsOption,
 };
-use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
-use pliant::{
+use crate::{
+    effect::OwnEffects,
     output::{csv, json, plot, warnings::warnings},
     recording::{About, Recorder, Snapshot, is_snapshot},
     scene::{
@@ -22,6 +21,8 @@ use pliant::{
     },
     simulation::EnergyLedger,
 };
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -109,13 +110,13 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 impl RunScene {
-    pub fn run(self) -> anyhow::Result<ExitCode> {
+    pub fn run(self, own: &OwnEffects) -> anyhow::Result<ExitCode> {
         let threads = self.threads.start()?;
         if self.ablate {
-            return self.ablate(threads);
+            return self.ablate(threads, own);
         }
         self.check_outputs(&[])?;
-        let (current, built, acceptance) = self.open()?;
+        let (current, built, acceptance) = self.open(own)?;
         self.check_outputs(&current.scene.mesh_files())?;
         let options = RunOptions {
             seconds: self.seconds,
@@ -162,7 +163,7 @@ impl RunScene {
         if let Some(path) = &self.screenshot {
             let built = now(&mut app, &built)?;
             let size = bevy::math::UVec2::new(1280, 800);
-            pliant::sandbox::app::picture::picture(&built, built.camera, path, size)?;
+            crate::sandbox::app::picture::picture(&built, built.camera, path, size)?;
         }
         if is_csv_printed {
             let text = csv::text(&done.history).map_err(|error| anyhow::anyhow!("{error}"))?;
@@ -208,17 +209,20 @@ impl RunScene {
     }
 
     /// Loads and builds the scene or snapshot, with its acceptance criteria.
-    fn open(&self) -> anyhow::Result<(CurrentScene, BuiltScene, Option<Acceptance>)> {
+    fn open(
+        &self,
+        own: &OwnEffects,
+    ) -> anyhow::Result<(CurrentScene, BuiltScene, Option<Acceptance>)> {
         let named = self.scene.as_deref().map(Path::new);
         let from = self
             .from
             .as_deref()
             .or(named.filter(|path| is_snapshot(path)));
         if let Some(path) = from {
-            let snapshot = Snapshot::read(path)?;
+            let snapshot = Snapshot::read_with(path, own)?;
             return Ok((snapshot.scene(), snapshot.built, None));
         }
-        let current = Scene::load(self.scene.as_deref().unwrap_or_default())?;
+        let current = Scene::load_with(self.scene.as_deref().unwrap_or_default(), own)?;
         let built = build(&current.scene)?;
         let acceptance = Some(current.scene.acceptance.clone());
         Ok((current, built, acceptance))

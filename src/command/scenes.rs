@@ -1,8 +1,8 @@
 //! `pliant scenes`.
 
 use super::say_line;
+use crate::scene::{Scene, registry::SCENES};
 use clap::Args;
-use pliant::scene::{Scene, registry::SCENES};
 use serde_json::json;
 #[cfg(feature = "window")]
 use std::path::{Path, PathBuf};
@@ -62,7 +62,7 @@ impl Scenes {
 #[cfg(feature = "window")]
 fn pictures(folder: &Path, only: &[String]) -> anyhow::Result<ExitCode> {
     use super::run::now;
-    use pliant::{
+    use crate::{
         sandbox::app::picture,
         scene::{
             SceneError, registry,

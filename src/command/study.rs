@@ -1,8 +1,8 @@
 //! `pliant study`.
 
 use super::{run::progress_bar, say, say_line};
+use crate::study::{self, Budget, Options, Plan, Study, journal, report};
 use clap::Args;
-use pliant::study::{self, Budget, Options, Plan, Study, journal, report};
 use std::{path::PathBuf, process::ExitCode};
 
 /// Measures accuracy vs. cost: problems with reference solutions, at many settings, with a report.

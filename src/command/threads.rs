@@ -1,7 +1,7 @@
 //! The option `--threads`, shared by the window and the headless commands.
 
+use crate::solver::{Threads, ThreadsError};
 use clap::Args;
-use pliant::solver::{Threads, ThreadsError};
 
 /// How many threads to step bodies on.
 #[derive(Debug, Clone, Copy, Args)]

@@ -1,8 +1,8 @@
 //! `pliant torture`.
 
 use super::{FAILED, run::progress_bar, say, say_line, threads::count};
-use clap::Args;
-use pliant::{
+use crate::{
+    effect::OwnEffects,
     scene::Scene,
     torture::{
         Advice, CASES, Figure, Job, Options, Outcome, SuiteRow, advice, jobs, report,
@@ -11,6 +11,7 @@ use pliant::{
         table::{self, number},
     },
 };
+use clap::Args;
 use serde_json::{Value, json};
 use std::{path::PathBuf, process::ExitCode};
 
@@ -70,9 +71,9 @@ pub struct TortureCommand {
 }
 
 impl TortureCommand {
-    pub fn run(self) -> anyhow::Result<ExitCode> {
+    pub fn run(self, own: &OwnEffects) -> anyhow::Result<ExitCode> {
         if let Some(name) = &self.scene {
-            return run_scene(name, self.json);
+            return run_scene(name, own, self.json);
         }
         let options = Options {
             cases: self.cases,
@@ -130,13 +131,13 @@ fn verdict(rows: &[SuiteRow]) -> ExitCode {
 }
 
 /// A scene of the user as a case.
-fn run_scene(name: &str, json: bool) -> anyhow::Result<ExitCode> {
-    let current = Scene::load(name)?;
-    let world = current.scene.build()?.world;
+fn run_scene(name: &str, own: &OwnEffects, json: bool) -> anyhow::Result<ExitCode> {
+    let current = Scene::load_with(name, own)?;
+    let built = current.scene.build()?;
     let seconds = current.scene.acceptance.seconds;
     let bar = progress_bar();
     let progress = |done: f64| bar.set_position((done * 1000.0) as u64);
-    let row = scene::run(&current.name, &world, seconds, &progress)?;
+    let row = scene::run_built(&current.name, &built, seconds, &progress)?;
     bar.finish_and_clear();
     if json {
         say_line(serde_json::to_string_pretty(&scene_json(&row))?)?;

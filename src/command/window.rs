@@ -7,11 +7,10 @@ use super::{
     say, say_line,
     threads::ThreadsOption,
 };
-use anyhow::Context;
-use clap::{Args, CommandFactory};
-use pliant::{
+use crate::{
+    effect::OwnEffects,
     output::{csv, plot},
-    recording::{Snapshot, is_snapshot, open},
+    recording::{Snapshot, is_snapshot, open_with},
     scene::{
         Scene,
         registry::SCENES,
@@ -20,6 +19,8 @@ use pliant::{
     solver::Threads,
     suggestion::similar,
 };
+use anyhow::Context;
+use clap::{Args, CommandFactory};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -74,9 +75,9 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 
 impl Window {
     #[cfg(feature = "window")]
-    pub fn run(self) -> anyhow::Result<ExitCode> {
+    pub fn run(self, own: &OwnEffects) -> anyhow::Result<ExitCode> {
         use super::outputs::Outputs;
-        use pliant::{
+        use crate::{
             recording::Recorder,
             sandbox::{SandboxOptions, run},
         };
@@ -88,7 +89,7 @@ impl Window {
         if let Some(scene) = &self.scene {
             outputs.input("the scene", scene);
         }
-        for mesh in self.check_scene()? {
+        for mesh in self.check_scene(own)? {
             outputs.input("a mesh of the scene", mesh);
         }
         outputs.check(None)?;
@@ -98,6 +99,7 @@ impl Window {
         }
         let options = SandboxOptions {
             scene: self.scene.clone(),
+            own_effects: own.clone(),
             journal: self.journal.clone(),
             record: self.record.clone(),
             no_settings: self.no_settings,
@@ -107,42 +109,48 @@ impl Window {
         match run(&options) {
             Ok(exit) if exit.is_success() => Ok(ExitCode::SUCCESS),
             Ok(_) => Ok(ExitCode::from(FAILED)),
-            Err(reason) => self.without_window(&reason.to_string(), threads),
+            Err(reason) => self.without_window(&reason.to_string(), own, threads),
         }
     }
 
     #[cfg(not(feature = "window"))]
-    pub fn run(self) -> anyhow::Result<ExitCode> {
+    pub fn run(self, own: &OwnEffects) -> anyhow::Result<ExitCode> {
         let threads = self.threads.start()?;
-        self.check_scene()?;
+        self.check_scene(own)?;
         self.without_window(
             "this program was built without the window (feature `window`)",
+            own,
             threads,
         )
     }
 
     /// Checks that the scene can be opened, so that an error appears here and not in the window.
     /// Returns its mesh files.
-    fn check_scene(&self) -> anyhow::Result<Vec<PathBuf>> {
+    fn check_scene(&self, own: &OwnEffects) -> anyhow::Result<Vec<PathBuf>> {
         if let Some(name) = &self.scene
             && !is_snapshot(Path::new(name))
         {
-            let current = Scene::load(name).with_context(|| no_scene(name))?;
+            let current = Scene::load_with(name, own).with_context(|| no_scene(name))?;
             build(&current.scene)?;
             return Ok(current.scene.mesh_files());
         } else if let Some(name) = &self.scene {
-            Snapshot::read(Path::new(name))?;
+            Snapshot::read_with(Path::new(name), own)?;
         }
         Ok(Vec::new())
     }
 
     /// Prints why the window cannot be opened, and runs the scene without it.
-    fn without_window(&self, reason: &str, threads: Threads) -> anyhow::Result<ExitCode> {
+    fn without_window(
+        &self,
+        reason: &str,
+        own: &OwnEffects,
+        threads: Threads,
+    ) -> anyhow::Result<ExitCode> {
         let name = self.scene.as_deref().unwrap_or(SCENES[0].name);
         say_line(format_args!(
             "No window: {reason}. Running {name} without a window, as `pliant run {name}` does."
         ))?;
-        let (current, built) = open(name)?;
+        let (current, built) = open_with(name, own)?;
         let options = RunOptions {
             threads: Some(threads),
             ..current.scene.run_options()

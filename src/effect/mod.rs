@@ -14,10 +14,18 @@
 //!
 //! ```
 //! use bevy::{math::DVec3, prelude::*};
-//! use pliant::{effect::*, prelude::*, simulation::*};
+//! use pliant::{
+//!     effect::*,
+//!     prelude::*,
+//!     recording::{About, Snapshot},
+//!     scene::{Scene, run::headless, spawn},
+//!     simulation::*,
+//! };
+//! use serde::{Deserialize, Serialize};
 //!
 //! /// A breeze that pushes every particle the same way.
-//! #[derive(Component, Clone, Default)]
+//! #[derive(Component, Clone, Default, Serialize, Deserialize)]
+//! #[serde(default, deny_unknown_fields)]
 //! #[component(on_add = needs_plugin::<Breeze>)]
 //! struct Breeze {
 //!     acceleration: f32,
@@ -65,8 +73,39 @@
 //!
 //! let mut app = App::new();
 //! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
-//! app.add_plugins(EffectPlugin::<Breeze>::default());
+//! app.add_plugins(EffectPlugin::<Breeze>::default().saved());
+//!
+//! // As it is saved and `Serialize + DeserializeOwned`, scene files name it ...
+//! let text = r#"Scene(
+//!     title: "Breeze",
+//!     look_at: "A cube drifts to the right.",
+//!     bodies: [(
+//!         name: "cube",
+//!         primitive: Box(size: (0.4, 0.4, 0.4), cells: (3, 3, 3)),
+//!         effects: (stretch: (), volume: (), breeze: (acceleration: 2)),
+//!     )],
+//!     acceptance: (seconds: 1, checks: []),
+//! )"#;
+//! let own = app.world().resource::<EffectRegistry>().own();
+//! let scene = Scene::parse_with("breeze.ron", text, &own)?;
+//! spawn(&scene.build()?, app.world_mut());
+//! tick(app.world_mut());
+//!
+//! // ... and snapshots contain it, which go on elsewhere with the same bits.
+//! let bytes = Snapshot::take(app.world_mut(), About::default())?.to_bytes();
+//! let mut other = headless(&Snapshot::from_bytes_with(&bytes, &own)?.built);
+//! for app in [&mut app, &mut other] {
+//!     tick(app.world_mut());
+//! }
+//! assert_eq!(state_hash(app.world_mut()), state_hash(other.world_mut()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! What reads a scene, a snapshot or a recording without an app takes the effects of the app as
+//! [`OwnEffects`]. A scene, once read, knows them: a run without a window, an
+//! [ablation](https://docs.rs/pliant/latest/pliant/ablation/), the robustness suite and a refinement of its
+//! substeps have the plugins. The command line of Pliant runs with them in an app whose `main` is
+//! `pliant::command::run`.
 
 mod bend;
 mod collide;
@@ -83,6 +122,7 @@ mod ground;
 mod isometric_bend;
 mod membrane;
 mod neo_hookean;
+pub(crate) mod own;
 mod pin_targets;
 mod plasticity;
 mod pressure;
@@ -101,6 +141,7 @@ mod weave;
 pub(crate) use external::follow_points;
 pub use external::{ExternalForce, ExternalImpulse};
 pub use grabs::Grabs;
+pub use own::{OwnEffect, OwnEffectError, OwnEffects};
 pub use pin_targets::PinTargets;
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,

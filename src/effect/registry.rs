@@ -1,5 +1,6 @@
 //! Effects and their parameters, the registry of an app, and adding and removing their systems.
 
+use super::own::{OwnEffects, OwnKind};
 use crate::{
     simulation::{
         Asleep, ContactSchedule, EffectSystems, RestTimer, SimulationClock, SimulationSettings,
@@ -18,6 +19,7 @@ use bevy::{
     },
     prelude::*,
 };
+use serde::{Serialize, de::DeserializeOwned};
 use std::{collections::BTreeSet, marker::PhantomData};
 
 /// Scale of a parameter's slider.
@@ -185,6 +187,8 @@ pub struct EffectInfo {
     pub matters: fn(&str, &EntityRef) -> bool,
     /// Whether the systems of the effect are in the schedules.
     pub runs: bool,
+    /// How files contain it, if it is an effect of an app that is saved.
+    own: Option<OwnKind>,
     /// Whether it is of the crate, with stages in the solver's plan.
     is_planned: bool,
     /// Number of its stages that are systems of a substep.
@@ -195,9 +199,10 @@ pub struct EffectInfo {
 }
 
 impl EffectInfo {
-    fn of<E: Effect>() -> Self {
+    fn of<E: Effect>(own: Option<OwnKind>) -> Self {
         Self {
             name: E::NAME,
+            own,
             title: E::TITLE,
             summary: E::SUMMARY,
             parameters: E::PARAMETERS
@@ -327,6 +332,18 @@ impl EffectRegistry {
         self.effects.iter().find(|effect| effect.name == name)
     }
 
+    /// The effects of the app that scene files, snapshots and recordings may contain: those with
+    /// [`EffectPlugin::saved`].
+    #[must_use]
+    pub fn own(&self) -> OwnEffects {
+        OwnEffects::of(self.effects.iter().filter_map(|effect| effect.own))
+    }
+
+    /// Notes that the plugin of an effect is missing; whether that is new.
+    pub(super) fn note_missing(&mut self, name: &'static str) -> bool {
+        self.missing.insert(name)
+    }
+
     /// Number of systems in a substep of the built-in effects that some body carries.
     pub(crate) fn planned(&self) -> usize {
         let effects = self.effects.iter();
@@ -343,11 +360,39 @@ impl EffectRegistry {
 
 /// Registers an effect in an app; its systems run while bodies carry it.
 #[derive(Debug)]
-pub struct EffectPlugin<E>(PhantomData<fn() -> E>);
+pub struct EffectPlugin<E> {
+    own: Option<OwnKind>,
+    effect: PhantomData<fn() -> E>,
+}
 
 impl<E> Default for EffectPlugin<E> {
     fn default() -> Self {
-        Self(PhantomData)
+        Self {
+            own: None,
+            effect: PhantomData,
+        }
+    }
+}
+
+impl<E: Effect + Serialize + DeserializeOwned> EffectPlugin<E> {
+    /// An effect of an app that scene files, snapshots, recordings and undo contain, by its
+    /// [`NAME`](Effect::NAME). Not by default: a snapshot of a body with an effect that is not saved is
+    /// an error.
+    ///
+    /// The whole component is saved as text in the syntax of scene files (RON), also fields that are no
+    /// parameters; `#[serde(default, deny_unknown_fields)]` lets a file leave parameters out and reports
+    /// misspelled ones. Its [`State`](Effect::State) is not saved: it begins anew in a restored body, so
+    /// what must last belongs into the component.
+    ///
+    /// # Panics
+    /// If the crate has an effect of this name, or the name does not consist of ASCII letters, digits
+    /// and underscores with a letter first.
+    #[must_use]
+    pub fn saved(self) -> Self {
+        Self {
+            own: Some(OwnKind::of::<E>()),
+            ..self
+        }
     }
 }
 
@@ -371,7 +416,7 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
             .find(|other| other.is_planned == is_planned && !other.has_own_order)
             .filter(|_| !E::HAS_OWN_ORDER);
         let before = before.map(|effect| effect.name);
-        registry.effects.push(EffectInfo::of::<E>());
+        registry.effects.push(EffectInfo::of::<E>(self.own));
         if let Some(before) = before {
             let after = || EffectSystems(E::NAME).after(EffectSystems(before));
             app.configure_sets(SolveSchedule, after());

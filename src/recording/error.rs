@@ -10,15 +10,41 @@ pub enum SnapshotError {
     /// The world is in the middle of a tick.
     #[error("cannot take a snapshot in the middle of a tick; finish the tick first")]
     MidTick,
-    /// A body carries an effect that is not built in.
+    /// A body carries an effect of an app that is not saved.
     #[error(
-        "body “{body}” carries the effect {effect}, which snapshots do not support; remove it first"
+        "body “{body}” carries the effect {effect}, which is not saved: add its plugin with \
+         `EffectPlugin::saved`, or remove the effect first"
     )]
     Effect {
         /// The body.
         body: String,
         /// The effect.
         effect: &'static str,
+    },
+    /// A body carries an effect of an app that this one does not have.
+    #[error(
+        "body “{body}” of the snapshot carries the effect {effect}, which this app does not have \
+         ({}): read it in the app that wrote it, or add the plugin of the effect with \
+         `EffectPlugin::saved`",
+        if .known.is_empty() { "it has none of its own".to_owned() } else { format!("it has {}", .known) }
+    )]
+    UnknownEffect {
+        /// The body.
+        body: String,
+        /// The effect.
+        effect: String,
+        /// Effects of the app, for the message.
+        known: String,
+    },
+    /// The parameters of an effect of an app cannot be written, or are invalid in the file.
+    #[error("the effect {effect} of body “{body}”: {error}")]
+    EffectText {
+        /// The body.
+        body: String,
+        /// The effect.
+        effect: String,
+        /// What is wrong.
+        error: String,
     },
     /// The file cannot be read or written.
     #[error("{path}: {error}")]

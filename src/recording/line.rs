@@ -1,7 +1,10 @@
 //! The lines of a recording.
 
 use super::{Snapshot, error::LineError};
-use crate::simulation::{Action, SpawnOrder};
+use crate::{
+    effect::OwnEffects,
+    simulation::{Action, SpawnOrder},
+};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -122,9 +125,9 @@ pub fn state(snapshot: &Snapshot) -> String {
 }
 
 /// Decodes a state.
-pub fn snapshot(text: &str) -> Result<Snapshot, LineError> {
+pub fn snapshot(text: &str, own: &OwnEffects) -> Result<Snapshot, LineError> {
     let bytes = BASE64.decode(text).map_err(|_| LineError::NotBase64)?;
-    Ok(Snapshot::from_bytes(&bytes)?)
+    Ok(Snapshot::from_bytes_with(&bytes, own)?)
 }
 
 /// Formats a line, without its line ending.

@@ -34,8 +34,8 @@ mod stored;
 
 pub use error::{LineError, RecordingError, SnapshotError};
 pub use recorder::{Recorder, record};
-pub use replay::{Difference, Replay, replay};
-pub use snapshot::{About, Snapshot, is_snapshot, open};
+pub use replay::{Difference, Replay, replay, replay_with};
+pub use snapshot::{About, Snapshot, is_snapshot, open, open_with};
 
 /// Ticks between two hashes of a recording.
 pub const HASH_EVERY: u64 = 10;

@@ -6,6 +6,7 @@ use super::{
     line::{self, Head, Line, VERSION},
 };
 use crate::{
+    effect::OwnEffects,
     scene::{self, run::headless},
     simulation::{
         Action, NewBody, SimulationClock, SolverThreads, SpawnOrder,
@@ -76,6 +77,19 @@ pub struct Difference {
 pub fn replay(
     path: &Path,
     threads: &Threads,
+    progress: impl FnMut(f64),
+) -> Result<Replay, RecordingError> {
+    replay_with(path, threads, &OwnEffects::default(), progress)
+}
+
+/// The same for a recording of an app with effects of its own.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_with(
+    path: &Path,
+    threads: &Threads,
+    own: &OwnEffects,
     mut progress: impl FnMut(f64),
 ) -> Result<Replay, RecordingError> {
     let failed = |error| RecordingError::File {
@@ -86,7 +100,10 @@ pub fn replay(
     let size = file.metadata().map_err(failed)?.len().max(1);
     let mut lines = BufReader::new(file);
     let (mut bytes, mut number, mut done) = (Vec::new(), 0, 0);
-    let mut player = Player::default();
+    let mut player = Player {
+        own: own.clone(),
+        ..Player::default()
+    };
     loop {
         bytes.clear();
         // The header is short: a file with a longer first line is not a recording.
@@ -146,6 +163,7 @@ fn head(path: &Path, text: &str) -> Result<String, RecordingError> {
 /// A replay under way.
 #[derive(Default)]
 struct Player {
+    own: OwnEffects,
     replay: Replay,
     open: Option<Open>,
     agreed: Option<u64>,
@@ -165,7 +183,7 @@ impl Player {
         }
         match line {
             Line::Scene { name, state, .. } => {
-                let beginning = line::snapshot(&state)?;
+                let beginning = line::snapshot(&state, &self.own)?;
                 let mut app = headless(&beginning.built);
                 app.insert_resource(SolverThreads(threads.clone()));
                 self.replay.scenes.push(name);
@@ -183,7 +201,7 @@ impl Player {
                 return Ok(false);
             }
             Line::State { state, .. } => {
-                let built = line::snapshot(&state)?.built;
+                let built = line::snapshot(&state, &self.own)?.built;
                 let open = self.open.as_mut().ok_or(LineError::NoScene)?;
                 let world = open.app.world_mut();
                 scene::despawn(world);
@@ -203,7 +221,7 @@ impl Player {
                 self.replay.actions += 1;
             }
             Line::Add { body, .. } => {
-                perform(world, &Action::Spawn(Arc::new(new_body(&body)?)))?;
+                perform(world, &Action::Spawn(Arc::new(new_body(&body, &self.own)?)))?;
                 self.replay.actions += 1;
             }
             Line::Early { substeps: 0, .. } => return Err(LineError::NoSubstep),
@@ -291,12 +309,13 @@ fn act(world: &mut World, action: Action<SpawnOrder>) -> Result<(), LineError> {
 }
 
 /// Decodes the body of an `Add` line.
-fn new_body(state: &str) -> Result<NewBody, LineError> {
-    let built = line::snapshot(state)?.built;
+fn new_body(state: &str, own: &OwnEffects) -> Result<NewBody, LineError> {
+    let built = line::snapshot(state, own)?.built;
+    let own = built.own.into_iter().next().unwrap_or_default();
     let count = built.world.bodies.len();
     let (bodies, skins) = (built.world.bodies, built.skins);
     match bodies.into_iter().zip(skins).next() {
-        Some((body, skin)) if count == 1 => Ok(NewBody { body, skin }),
+        Some((body, skin)) if count == 1 => Ok(NewBody { body, skin, own }),
         _ => Err(LineError::NotOneBody(count)),
     }
 }

@@ -3,13 +3,16 @@
 //! A file begins with eight letters, the format version (u32), the number of bytes that follow
 //! (u64) and their checksum (u64, FNV-1a), all numbers little-endian. The rest is
 //! [postcard](https://postcard.jamesmunns.com). Of a mesh, it contains the rest shape and the
-//! numbering of the particles; everything else is recomputed.
+//! numbering of the particles; everything else is recomputed. Effects of an app follow at the end, if
+//! there are any: of each body that carries one, its index, name and parameters as text, so that an
+//! app may add parameters with defaults and still reads older files.
 
 use super::{
     SnapshotError,
-    stored::{Stored, check_effects},
+    stored::{Stored, StoredOwn, own_effects},
 };
 use crate::{
+    effect::{EffectRegistry, OwnEffects},
     file,
     scene::{Acceptance, BuiltScene, CameraSpec, CurrentScene, Look, Scene},
     simulation::{
@@ -85,13 +88,14 @@ impl Snapshot {
     /// Takes a snapshot of a world between two ticks. Pending actions are not part of it.
     ///
     /// # Errors
-    /// [`SnapshotError::MidTick`], and [`SnapshotError::Effect`] if a body carries an effect that
-    /// is not built in.
+    /// [`SnapshotError::MidTick`]; [`SnapshotError::Effect`] if a body carries an effect of an app that
+    /// is not [saved](crate::effect::EffectPlugin::saved), and [`SnapshotError::EffectText`] if it cannot
+    /// be written.
     pub fn take(world: &mut World, about: About) -> Result<Self, SnapshotError> {
         if world.resource::<SimulationClock>().mid_tick() {
             return Err(SnapshotError::MidTick);
         }
-        check_effects(world)?;
+        let own = own_effects(world)?;
         let bodies = bodies_in_order(world);
         let skins = bodies
             .iter()
@@ -114,6 +118,8 @@ impl Snapshot {
             camera: about.camera,
             frame: None,
             notes: Vec::new(),
+            own,
+            own_effects: world.resource::<EffectRegistry>().own(),
         };
         Ok(Self { about, built })
     }
@@ -139,6 +145,8 @@ impl Snapshot {
                 camera: None,
                 frame: None,
                 notes: Vec::new(),
+                own: vec![new.own.clone()],
+                own_effects: OwnEffects::default(),
             },
         }
     }
@@ -163,6 +171,7 @@ impl Snapshot {
                     checks: Vec::new(),
                 },
                 folder: Default::default(),
+                own_effects: self.built.own_effects.clone(),
                 chooses_substeps: false,
             },
         }
@@ -174,7 +183,11 @@ impl Snapshot {
     /// Never: every state can be encoded.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let content = postcard::to_stdvec(&Stored::of(self)).unwrap_or_default();
+        let mut content = postcard::to_stdvec(&Stored::of(self)).unwrap_or_default();
+        let own = StoredOwn::all(&self.built);
+        if !own.is_empty() {
+            content.extend(postcard::to_stdvec(&own).unwrap_or_default());
+        }
         let mut bytes = Vec::with_capacity(HEAD + content.len());
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
@@ -188,8 +201,17 @@ impl Snapshot {
     ///
     /// # Errors
     /// [`SnapshotError`] for bytes of another kind or version, and for truncated, damaged or
-    /// invalid ones.
+    /// invalid ones; [`SnapshotError::UnknownEffect`] for one with effects of an app.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SnapshotError> {
+        Self::from_bytes_with(bytes, &OwnEffects::default())
+    }
+
+    /// The same for a snapshot with effects of an app.
+    ///
+    /// # Errors
+    /// As [`from_bytes`](Self::from_bytes); [`SnapshotError::UnknownEffect`] if an effect is not among
+    /// these, and [`SnapshotError::EffectText`] if its parameters are invalid.
+    pub fn from_bytes_with(bytes: &[u8], own: &OwnEffects) -> Result<Self, SnapshotError> {
         let head = Head::read(bytes)?;
         let content = &bytes[HEAD..];
         if content.len() as u64 != head.length {
@@ -207,13 +229,12 @@ impl Snapshot {
         }
         let (stored, rest) = postcard::take_from_bytes::<Stored>(content)
             .map_err(|error| SnapshotError::Encoding(error.to_string()))?;
+        let mut snapshot = stored.into_snapshot()?;
+        snapshot.built.own_effects = own.clone();
         if !rest.is_empty() {
-            let rest = rest.len();
-            return Err(SnapshotError::Encoding(format!(
-                "{rest} unexpected bytes at the end"
-            )));
+            snapshot.built.own = StoredOwn::read_all(rest, &snapshot.built.world.bodies, own)?;
         }
-        stored.into_snapshot()
+        Ok(snapshot)
     }
 
     /// Writes a file, or [replaces](file::replace) an existing one.
@@ -230,6 +251,14 @@ impl Snapshot {
     /// [`SnapshotError::File`] if it cannot be read, [`SnapshotError::In`] if its content is
     /// invalid. A file of another kind is rejected by its first bytes.
     pub fn read(path: &Path) -> Result<Self, SnapshotError> {
+        Self::read_with(path, &OwnEffects::default())
+    }
+
+    /// The same for a snapshot with effects of an app.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), with the errors of [`from_bytes_with`](Self::from_bytes_with).
+    pub fn read_with(path: &Path, own: &OwnEffects) -> Result<Self, SnapshotError> {
         let mut file = File::open(path).map_err(|error| file_error(path, error))?;
         let mut bytes = Vec::new();
         let start = (&mut file).take(HEAD as u64).read_to_end(&mut bytes);
@@ -237,7 +266,7 @@ impl Snapshot {
         let content = Head::read(&bytes).and_then(|_| {
             let rest = file.read_to_end(&mut bytes);
             rest.map_err(|error| file_error(path, error))?;
-            Self::from_bytes(&bytes)
+            Self::from_bytes_with(&bytes, own)
         });
         content.map_err(|error| match error {
             SnapshotError::File { .. } => error,
@@ -304,9 +333,20 @@ pub fn is_snapshot(path: &Path) -> bool {
 /// # Errors
 /// [`SnapshotError`]; [`SnapshotError::Scene`] for a scene.
 pub fn open(name: &str) -> Result<(CurrentScene, BuiltScene), SnapshotError> {
+    open_with(name, &OwnEffects::default())
+}
+
+/// The same for a snapshot or a scene with effects of an app.
+///
+/// # Errors
+/// As [`open`], with the errors of [`Snapshot::from_bytes_with`].
+pub fn open_with(
+    name: &str,
+    own: &OwnEffects,
+) -> Result<(CurrentScene, BuiltScene), SnapshotError> {
     let path = Path::new(name);
     if is_snapshot(path) {
-        let snapshot = Snapshot::read(path)?;
+        let snapshot = Snapshot::read_with(path, own)?;
         let current = CurrentScene {
             name: name.to_owned(),
             path: Some(path.to_owned()),
@@ -314,7 +354,7 @@ pub fn open(name: &str) -> Result<(CurrentScene, BuiltScene), SnapshotError> {
         };
         return Ok((current, snapshot.built));
     }
-    let current = Scene::load(name)?;
+    let current = Scene::load_with(name, own)?;
     let built = current.scene.build()?;
     Ok((current, built))
 }

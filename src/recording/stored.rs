@@ -3,16 +3,14 @@
 //! Meshes and embedded surfaces that bodies share are stored once.
 
 mod body;
+mod own;
 
 use super::{About, Snapshot, SnapshotError};
 use crate::{
-    effect::{Effect, EffectRegistry, Stitches},
+    effect::OwnEffects,
     mesh::Skin,
     scene::{BuiltScene, CameraSpec, Look},
-    simulation::{
-        SpawnOrder, SpawnOrders,
-        plain::{CARRIED, bodies_in_order},
-    },
+    simulation::{SpawnOrder, SpawnOrders},
     solver::{
         self, Collider, ColliderShape, Glide, Grab, Hold, Path, Pose, RestShape, Settings,
         SleepSettings, Topology,
@@ -20,32 +18,10 @@ use crate::{
         topology::{LeftOut, TornOrder},
     },
 };
-use bevy::prelude::{Name, World};
 use body::StoredBody;
+pub use own::{StoredOwn, own_effects};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-
-/// Returns an error if a body carries an effect that is not built in.
-pub fn check_effects(world: &mut World) -> Result<(), SnapshotError> {
-    for body in bodies_in_order(world) {
-        let entity = world.entity(body);
-        let registry = world.resource::<EffectRegistry>();
-        let foreign = registry.iter().find(|effect| {
-            !CARRIED.contains(&effect.name)
-                && effect.name != Stitches::NAME
-                && (effect.present)(&entity)
-        });
-        if let Some(effect) = foreign {
-            return Err(SnapshotError::Effect {
-                body: entity
-                    .get::<Name>()
-                    .map_or_else(String::new, Name::to_string),
-                effect: effect.name,
-            });
-        }
-    }
-    Ok(())
-}
 
 /// The encoded form of a snapshot.
 #[derive(Serialize, Deserialize)]
@@ -232,6 +208,8 @@ impl Stored {
                 camera: self.camera,
                 frame: None,
                 notes: Vec::new(),
+                own: Vec::new(),
+                own_effects: OwnEffects::default(),
             },
         })
     }

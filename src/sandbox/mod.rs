@@ -30,6 +30,7 @@ pub mod ui;
 use self::{app::display::NoDisplay, lab::reference_overlay::ReferenceOverlay};
 use crate::{
     SoftBodyPlugins,
+    effect::OwnEffects,
     scene::registry::SCENES,
     simulation::{EnergyLedger, SimulationClock, SolverThreads},
     solver::Threads,
@@ -66,6 +67,8 @@ const PATIENCE: Duration = Duration::from_millis(40);
 pub struct SandboxOptions {
     /// Name or path of the scene; `None` for that of the last run, or the default scene.
     pub scene: Option<String>,
+    /// Effects of an app, besides those of the crate.
+    pub own_effects: OwnEffects,
     /// Output file for events, one line of JSON each, for scripted tests of the real window.
     pub journal: Option<PathBuf>,
     /// Output file for a recording of the actions on the simulation.
@@ -143,6 +146,7 @@ fn build(options: &SandboxOptions) -> App {
     })
     .add_systems(Startup, spawn_camera)
     .add_systems(First, bound_ticks.after(TimeSystems));
+    options.own_effects.add_to(&mut app);
     if let Some(path) = options.journal.clone() {
         app.add_plugins(app::journal::JournalPlugin { path })
             .insert_resource(app::keep::closing::Scripted(true));

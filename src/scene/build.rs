@@ -7,6 +7,7 @@ use super::{
     substeps::{choose, is_automatic},
 };
 use crate::{
+    effect::{OwnEffect, OwnEffects},
     mesh::{self, Bounds, BuildOptions, FileMesh, Skin, SoftMesh, Treatment, read::Parts},
     simulation::SpawnOrders,
     solver::{
@@ -43,6 +44,10 @@ pub struct BuiltScene {
     pub frame: Option<Region>,
     /// Repairs and omissions in meshes, in one sentence each.
     pub notes: Vec<String>,
+    /// Effects of an app on each body; may end before the last body.
+    pub own: Vec<Vec<OwnEffect>>,
+    /// The effects of the app, with which it [runs](super::run::headless).
+    pub own_effects: OwnEffects,
 }
 
 /// The mesh of a body of a scene.
@@ -73,6 +78,8 @@ impl Scene {
             camera: self.camera,
             frame: self.frame,
             notes: Vec::new(),
+            own: Vec::new(),
+            own_effects: self.own_effects.clone(),
         };
         for (place, spec) in self.colliders.iter().enumerate() {
             let (collider, notes) = self.collider(spec).map_err(|error| SceneError::Collider {
@@ -191,6 +198,7 @@ impl Scene {
             built.world.bodies.push(body);
             built.skins.push(skin.clone());
             built.looks.push(look);
+            built.own.push(spec.effects.own.clone());
         }
         Ok(())
     }
@@ -475,7 +483,7 @@ fn body(
         bend: spec.effects.bend.or(made.bend),
         neo_hookean: spec.effects.neo_hookean.or(made.neo_hookean),
         membrane: spec.effects.membrane.or(made.membrane),
-        ..spec.effects.into()
+        ..(&spec.effects).into()
     };
     Ok(body)
 }

@@ -2,14 +2,13 @@
 //! errors have a line and column.
 
 use super::{
-    Acceptance, Answer, SceneError, mesh_file::is_mesh, registry, spawn::CurrentScene, substeps,
+    Acceptance, Answer, SceneEffects, SceneError, effects, mesh_file::is_mesh, registry,
+    spawn::CurrentScene, substeps,
 };
 use crate::{
+    effect::{OwnEffects, own::options},
     mesh::{Bounds, BuildOptions, Primitive, Treatment},
-    solver::{
-        self, Compliance, Cut, Deformation, Density, Effects, Force, Mass, Path, Settings,
-        VertexIndex,
-    },
+    solver::{Compliance, Cut, Deformation, Density, Force, Mass, Path, Settings, VertexIndex},
 };
 use glam::{UVec3, Vec3};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -56,6 +55,9 @@ pub struct Scene {
     /// Folder to which paths of mesh files are relative; not in the file.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Effects of the app that the file may contain; not in the file.
+    #[serde(skip)]
+    pub own_effects: OwnEffects,
     /// Whether [`build`](Self::build) chooses the substeps, from 20 to 40: where the file gives
     /// none, and no cells for a mesh that is filled.
     #[serde(skip)]
@@ -166,97 +168,6 @@ impl MeshSpec {
             treatment: self.treatment,
         }
     }
-}
-
-macro_rules! named_by_a_scene {
-    (
-        { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
-        $stitches:ident $stitched:ident
-        { $($second:ident { $($kind2:ident $field2:ident $does2:literal;)* })* }
-        $grab:ident $grabbed:ident
-        { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
-    ) => {
-        /// The effects that a scene file may contain.
-        #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-        #[serde(default, deny_unknown_fields)]
-        pub struct SceneEffects {
-            $($(#[doc = $does1] pub $field1: Option<solver::$kind1>,)*)*
-            $($(#[doc = $does2] pub $field2: Option<solver::$kind2>,)*)*
-            $($(#[doc = $does3] pub $field3: Option<solver::$kind3>,)*)*
-        }
-
-        impl SceneEffects {
-            /// Names of the effects that are present, in the order of the solver.
-            #[must_use]
-            pub fn names(&self) -> Vec<&'static str> {
-                let mut names = Vec::new();
-                $($(if self.$field1.is_some() {
-                    names.push(stringify!($field1));
-                })*)*
-                $($(if self.$field2.is_some() {
-                    names.push(stringify!($field2));
-                })*)*
-                $($(if self.$field3.is_some() {
-                    names.push(stringify!($field3));
-                })*)*
-                names
-            }
-
-            /// Each effect that is present, with its parameters in the syntax of scene files.
-            ///
-            /// # Errors
-            /// Errors of RON, which do not occur for valid effects.
-            pub fn to_texts(&self) -> Result<Vec<(&'static str, String)>, ron::Error> {
-                let mut texts = Vec::new();
-                $($(if let Some(effect) = &self.$field1 {
-                    texts.push((stringify!($field1), effect_text(effect)?));
-                })*)*
-                $($(if let Some(effect) = &self.$field2 {
-                    texts.push((stringify!($field2), effect_text(effect)?));
-                })*)*
-                $($(if let Some(effect) = &self.$field3 {
-                    texts.push((stringify!($field3), effect_text(effect)?));
-                })*)*
-                Ok(texts)
-            }
-        }
-
-        impl From<Effects> for SceneEffects {
-            /// Without the grab.
-            fn from(effects: Effects) -> Self {
-                Self {
-                    $($($field1: effects.$field1,)*)*
-                    $($($field2: effects.$field2,)*)*
-                    $($($field3: effects.$field3,)*)*
-                }
-            }
-        }
-
-        impl From<SceneEffects> for Effects {
-            fn from(effects: SceneEffects) -> Self {
-                Self {
-                    $($($field1: effects.$field1,)*)*
-                    $($($field2: effects.$field2,)*)*
-                    $grabbed: None,
-                    $($($field3: effects.$field3,)*)*
-                }
-            }
-        }
-    };
-}
-
-solver::effects!(named_by_a_scene);
-
-/// The parameters of an effect in one line.
-fn effect_text(effect: &impl Serialize) -> Result<String, ron::Error> {
-    let line = ron::ser::PrettyConfig::new()
-        .new_line("")
-        .indentor("")
-        .separator(" ")
-        .compact_structs(true);
-    let options =
-        ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-    options.to_string_pretty(effect, line)
 }
 
 /// Pinned vertices, selected in the initial pose of the body.
@@ -444,18 +355,29 @@ impl Scene {
     /// [`SceneError::Unknown`], [`SceneError::Unreadable`] or [`SceneError::Syntax`]; for a mesh
     /// those of [`of_mesh`](Self::of_mesh).
     pub fn load(name: &str) -> Result<CurrentScene, SceneError> {
+        Self::load_with(name, &OwnEffects::default())
+    }
+
+    /// The same for scenes with effects of an app.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn load_with(name: &str, own: &OwnEffects) -> Result<CurrentScene, SceneError> {
         if let Some(builtin) = registry::find(name) {
             return Ok(CurrentScene {
                 name: name.to_owned(),
                 path: None,
-                scene: Self::parse(&format!("{name}.ron"), builtin.text)?,
+                scene: Self::parse_with(&format!("{name}.ron"), builtin.text, own)?,
             });
         }
         let path = PathBuf::from(name);
         if is_mesh(&path) {
             return Ok(CurrentScene {
                 name: name.to_owned(),
-                scene: Self::of_mesh(&path)?,
+                scene: Self {
+                    own_effects: own.clone(),
+                    ..Self::of_mesh(&path)?
+                },
                 path: Some(path),
             });
         }
@@ -471,7 +393,7 @@ impl Scene {
                 SceneError::Unreadable { path, error }
             }
         })?;
-        let mut scene = Self::parse(name, &text)?;
+        let mut scene = Self::parse_with(name, &text, own)?;
         scene.folder = path.parent().map(PathBuf::from).unwrap_or_default();
         Ok(CurrentScene {
             name: name.to_owned(),
@@ -485,7 +407,16 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Syntax`] with line, column and what was expected.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self = parse(file, text)?;
+        Self::parse_with(file, text, &OwnEffects::default())
+    }
+
+    /// The same for a scene with effects of an app.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse), also for an error in the parameters of such an effect.
+    pub fn parse_with(file: &str, text: &str, own: &OwnEffects) -> Result<Self, SceneError> {
+        let mut scene: Self = parse_with(file, text, own)?;
+        scene.own_effects = own.clone();
         let has_automatic = scene.bodies.iter().any(substeps::is_automatic);
         scene.chooses_substeps = has_automatic && substeps::are_open(text);
         Ok(scene)
@@ -496,10 +427,8 @@ impl Scene {
     /// # Errors
     /// Errors of RON, which do not occur for a valid scene.
     pub fn to_text(&self) -> Result<String, ron::Error> {
-        let options = ron::Options::default()
-            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
         let text =
-            options.to_string_pretty(self, ron::ser::PrettyConfig::new().struct_names(true))?;
+            options().to_string_pretty(self, ron::ser::PrettyConfig::new().struct_names(true))?;
         if !self.chooses_substeps {
             return Ok(text);
         }
@@ -517,13 +446,23 @@ impl Scene {
 /// # Errors
 /// [`SceneError::Syntax`] with line, column and what was expected.
 pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, SceneError> {
-    let options =
-        ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-    options.from_str(text).map_err(|error| SceneError::Syntax {
+    parse_with(file, text, &OwnEffects::default())
+}
+
+/// The same for a file with effects of an app.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_with<T: DeserializeOwned>(
+    file: &str,
+    text: &str,
+    own: &OwnEffects,
+) -> Result<T, SceneError> {
+    effects::read(own, text).map_err(|(line, column, message)| SceneError::Syntax {
         file: file.to_owned(),
-        line: error.span.start.line,
-        column: error.span.start.col,
-        message: error.code.to_string(),
+        line,
+        column,
+        message,
     })
 }
 

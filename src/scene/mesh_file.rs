@@ -3,6 +3,7 @@
 
 use super::{Acceptance, BodySpec, MeshSpec, PartBounds, Scene, SceneEffects, SceneError};
 use crate::{
+    effect::OwnEffects,
     mesh::{BuildOptions, FileMesh, MeshError, SoftMesh, Treatment, build, read},
     solver::{
         Compliance, Contact, Density, Filling, Ground, Pressure, SelfContact, Settings, Stiffness,
@@ -201,6 +202,7 @@ impl Scene {
                 checks: Vec::new(),
             },
             folder: path.parent().map(Into::into).unwrap_or_default(),
+            own_effects: OwnEffects::default(),
             chooses_substeps: true,
         })
     }

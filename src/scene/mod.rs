@@ -27,6 +27,7 @@ pub mod acceptance;
 pub mod answer;
 pub mod asset;
 mod build;
+mod effects;
 mod error;
 mod file;
 pub mod material;
@@ -43,10 +44,11 @@ pub(crate) mod substeps;
 pub use acceptance::{Acceptance, Check};
 pub use answer::Answer;
 pub use build::BuiltScene;
+pub use effects::SceneEffects;
 pub use error::{ColliderError, SceneError};
 pub use file::{
     BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, PartBounds, Pins, PointSpec, Region,
-    Scene, SceneEffects, ShapeSpec, StitchSpec, StitchTo, parse,
+    Scene, ShapeSpec, StitchSpec, StitchTo, parse, parse_with,
 };
 pub use material::Material;
 pub use parameters::BodyParameters;

@@ -11,12 +11,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use super::{SceneEffects, SceneError, file::parse};
-use crate::solver::Density;
+use super::{SceneEffects, SceneError, file::parse_with};
+use crate::{effect::OwnEffects, solver::Density};
 use serde::Deserialize;
 
 /// Density and effects of a body, with all parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyParameters {
     /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope; `None` keeps that of
@@ -34,12 +34,20 @@ impl BodyParameters {
     /// # Errors
     /// [`SceneError::Syntax`] with line, column and what was expected.
     pub fn parse(source: &str, text: &str) -> Result<Self, SceneError> {
+        Self::parse_with(source, text, &OwnEffects::default())
+    }
+
+    /// The same for parameters with effects of an app.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_with(source: &str, text: &str, own: &OwnEffects) -> Result<Self, SceneError> {
         let bare = text.trim_start();
         if bare.starts_with('(') {
-            return parse(source, text);
+            return parse_with(source, text, own);
         }
         // On a line of its own, the parenthesis shifts no column.
-        parse(source, &format!("(\n{text}\n)")).map_err(|error| match error {
+        parse_with(source, &format!("(\n{text}\n)"), own).map_err(|error| match error {
             SceneError::Syntax {
                 file,
                 line,

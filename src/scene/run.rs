@@ -137,10 +137,11 @@ impl Scene {
     }
 }
 
-/// Creates an app without a window that contains a scene.
+/// Creates an app without a window that contains a scene, with the plugins of its effects of an app.
 pub fn headless(built: &BuiltScene) -> App {
     let mut app = App::new();
     app.add_plugins(SoftBodyPlugins::default());
+    built.own_effects.add_to(&mut app);
     app.add_observer(copy_look);
     app.finish();
     app.cleanup();

@@ -123,6 +123,7 @@ impl Definition {
         let mut scene = Scene {
             world: now.world.settings,
             folder: folder.to_owned(),
+            own_effects: now.own_effects.clone(),
             chooses_substeps: false,
             ..self.scene.clone()
         };

@@ -65,7 +65,8 @@ impl Look {
 }
 
 /// Spawns the bodies and colliders of a built scene, and sets settings and clock. Returns the
-/// bodies in order.
+/// bodies in order. Effects of an app need their plugins
+/// ([`OwnEffects::add_to`](crate::effect::OwnEffects::add_to)).
 pub fn spawn(built: &BuiltScene, world: &mut World) -> Vec<Entity> {
     let (bodies, colliders) = match &built.places {
         Some(places) => plain::restore(world, &built.world, places),
@@ -77,6 +78,10 @@ pub fn spawn(built: &BuiltScene, world: &mut World) -> Vec<Entity> {
         if let Some(skin) = skin {
             entity.insert(BodySkin(Arc::clone(skin)));
         }
+    }
+    for (&body, own) in bodies.iter().zip(&built.own) {
+        let mut entity = world.entity_mut(body);
+        own.iter().for_each(|effect| effect.insert(&mut entity));
     }
     for (collider, look) in colliders.into_iter().zip(&built.collider_looks) {
         world.entity_mut(collider).insert((SceneEntity, *look));

@@ -161,7 +161,7 @@ mod tests {
         let topology = Arc::new(Topology::new(mesh.shape).expect("sound"));
         let (density, effects) = material(&topology);
         let mut body = Body::new("ball", topology, density);
-        body.effects = effects.into();
+        body.effects = (&effects).into();
         let with = |substeps: u32| Settings {
             substeps: Substeps::new(substeps).expect("sound"),
             ..Settings::default()

@@ -13,6 +13,7 @@ pub use setting::{SETTINGS, setting};
 
 use super::{SimulationClock, SpawnOrder};
 use crate::{
+    effect::OwnEffect,
     mesh::Skin,
     solver::{
         Body, ColliderShape, Cut, Deformation, Density, InvalidValue, ParticleIndex, Pose,
@@ -30,10 +31,12 @@ use std::{
 /// A body that is added to a running scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewBody {
-    /// The body in its initial pose, with all its effects.
+    /// The body in its initial pose, with all its effects of the crate.
     pub body: Body,
     /// Its skin, if it has one.
     pub skin: Option<Arc<Skin>>,
+    /// Its effects of an app; in most cases none.
+    pub own: Vec<OwnEffect>,
 }
 
 /// An action of a user. `B` identifies the body: an entity, or a [`SpawnOrder`] in files.

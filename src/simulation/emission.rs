@@ -7,6 +7,7 @@ use super::{
     plain,
     step::UnderWay,
 };
+use crate::effect::EffectRegistry;
 use crate::solver::{
     BodyEmitter, Effects, Emission, Particles, Sink, Stitches, Topology,
     emission::{self, Placed, Present, Template, around, meet},
@@ -19,8 +20,8 @@ use std::sync::Arc;
 /// A copy of a body has left its [`BodyEmitter`]. Both a message and an event for observers, at the end
 /// of the tick, after all copies of a source were spawned.
 ///
-/// The copy has the name of the body with a number, its skin and its built-in effects; an app adds its
-/// own components.
+/// The copy has the name of the body with a number, its skin, its built-in effects, and those of an app
+/// that are [saved](crate::effect::EffectPlugin::saved); an app adds other components.
 #[derive(Message, Event, Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BodyEmitted {
@@ -151,11 +152,16 @@ fn spawn(world: &mut World, (number, source): (u32, Entity), births: &[Birth]) -
     let copies: Vec<_> = template.copies(number, &flow, births).collect();
     let skin = given.get::<BodySkin>().map(|skin| Arc::clone(&skin.0));
     let is_of_scene = given.contains::<SceneEntity>();
+    let own = world
+        .get_resource::<EffectRegistry>()
+        .map(EffectRegistry::own);
+    let own = own.map_or_else(Vec::new, |own| own.of_entity(&given));
     let spawned = copies.iter().map(|copy| {
         let body = plain::spawn_body(world, copy);
         let mut entity = world.entity_mut(body);
         plain::insert(&mut entity, skin.clone().map(BodySkin));
         plain::insert(&mut entity, is_of_scene.then_some(SceneEntity));
+        own.iter().for_each(|effect| effect.insert(&mut entity));
         body
     });
     spawned.collect()

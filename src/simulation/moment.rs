@@ -1,7 +1,8 @@
 //! States in memory, for undo and for going back in time: cheaper than a plain world, as they hold
 //! nothing that is derived, and share meshes and sleeping bodies with each other.
 //!
-//! A moment does not hold effects that are not built in; restoring it leaves them as they are.
+//! Of the effects of an app, a moment holds those that are
+//! [saved](crate::effect::EffectPlugin::saved); restoring it leaves others as they are.
 
 use super::{
     AddedMass, Asleep, BodyContacts, BodyDensity, BodyDirectWorkspace, BodySkin, JustRestored,
@@ -13,6 +14,7 @@ use super::{
     step::Sleep,
 };
 use crate::{
+    effect::{EffectRegistry, OwnEffect, OwnEffects},
     mesh::Skin,
     solver::{
         self, Collider, Density, EffectStates, Effects, Mass, Particles, Quarantine, Settings,
@@ -49,6 +51,8 @@ struct BodyMoment {
     added_mass: Vec<(VertexIndex, Mass)>,
     pins: Vec<VertexIndex>,
     effects: Effects,
+    /// Effects of an app.
+    own: Vec<OwnEffect>,
     stitches: Stitches,
     particles: Particles,
     /// Positions at the start of the last tick.
@@ -67,9 +71,10 @@ impl Moment {
             return None;
         }
         let before = previous.map_or(&[][..], |moment| &moment.bodies);
+        let own = world.resource::<EffectRegistry>().own();
         let bodies = bodies_in_order(world)
             .into_iter()
-            .filter_map(|entity| BodyMoment::take(world.entity(entity), before))
+            .filter_map(|entity| BodyMoment::take(world.entity(entity), &own, before))
             .collect();
         let colliders = colliders_in_order(world)
             .into_iter()
@@ -144,10 +149,11 @@ impl Moment {
                 world.despawn(entity);
             }
         }
+        let own = world.resource::<EffectRegistry>().own();
         let bodies = known
             .into_iter()
             .zip(&self.bodies)
-            .map(|(entity, body)| body.restore(world, entity))
+            .map(|(entity, body)| body.restore(world, &own, entity))
             .collect();
         world.resource_mut::<NextPlace>().0 = self.last_order;
         (bodies, colliders)
@@ -182,12 +188,14 @@ impl Moment {
 }
 
 impl BodyMoment {
-    fn take(entity: EntityRef, previous: &[Arc<Self>]) -> Option<Arc<Self>> {
+    fn take(entity: EntityRef, own: &OwnEffects, previous: &[Arc<Self>]) -> Option<Arc<Self>> {
+        let own = own.of_entity(&entity);
         let topology = &entity.get::<SoftBody>()?.0;
         let order = *entity.get::<SpawnOrder>()?;
         let is_still = entity.contains::<Asleep>() || entity.contains::<Quarantined>();
         let before = previous.iter().find(|body| is_still && body.order == order);
         if let Some(before) = before
+            && before.own == own
             && before.describes(entity)
         {
             return Some(Arc::clone(before));
@@ -202,6 +210,7 @@ impl BodyMoment {
             added_mass: entity.get::<AddedMass>()?.0.clone(),
             pins: entity.get::<Pins>()?.0.clone(),
             effects: carried::effects(entity),
+            own,
             stitches: entity.get::<Stitches>().cloned().unwrap_or_default(),
             particles: entity.get::<Particles>()?.clone(),
             start: entity.get::<TickStart>()?.positions.clone(),
@@ -211,8 +220,8 @@ impl BodyMoment {
         }))
     }
 
-    /// Whether the state of the body is this one. Compares all but the mesh, and the rest timer
-    /// without plastic flow.
+    /// Whether the state of the body is this one. Compares all but the mesh, the effects of an app, and
+    /// the rest timer without plastic flow.
     fn describes(&self, entity: EntityRef) -> bool {
         let Some(body) = entity.get::<SoftBody>() else {
             return false;
@@ -253,7 +262,7 @@ impl BodyMoment {
             && body.is_some_and(|body| Arc::ptr_eq(body.original().unwrap_or(body), &self.topology))
     }
 
-    fn restore(&self, world: &mut World, entity: Option<Entity>) -> Entity {
+    fn restore(&self, world: &mut World, own: &OwnEffects, entity: Option<Entity>) -> Entity {
         let topology = match &self.rest_values {
             None => Arc::clone(&self.topology),
             Some(values) => self
@@ -273,6 +282,7 @@ impl BodyMoment {
             entity.insert((self.particles.clone(), SoftBody(topology)));
         }
         carried::set_effects(&mut entity, &self.effects);
+        own.set(&mut entity, &self.own);
         if entity.contains::<BodyDirectWorkspace>() {
             entity.insert(BodyDirectWorkspace::default());
         }
@@ -314,7 +324,8 @@ impl BodyMoment {
         });
         let turning =
             size_of_val(&self.particles.segments[..]) + size_of_val(&self.particles.spins[..]);
-        size_of::<Self>() + now + past + turning + rest + self.start.len() * ELEMENT
+        let own: usize = self.own.iter().map(|effect| effect.text().len()).sum();
+        size_of::<Self>() + own + now + past + turning + rest + self.start.len() * ELEMENT
     }
 }
 

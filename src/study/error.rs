@@ -42,6 +42,17 @@ pub enum StudyError {
         /// What is wrong, and what was expected.
         message: String,
     },
+    /// A scene cannot be refined.
+    #[error(
+        "a refinement needs a time above 0 and at least two runs within the range of substeps, but has \
+         {seconds} s and {runs}: use fewer substeps, more runs or another time"
+    )]
+    NotRefined {
+        /// Requested time [s].
+        seconds: f64,
+        /// Number of runs that are possible.
+        runs: usize,
+    },
     /// A setting is out of its range.
     #[error(transparent)]
     Value(#[from] InvalidValue),

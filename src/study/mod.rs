@@ -16,6 +16,9 @@
 //! [`run`] makes a study and stores every record in the [points file](journal) immediately;
 //! [`merge`] combines parts; [`report::write`] writes the folder. [`probe`] estimates cost and
 //! error at other settings for an existing world, for example the one in the window.
+//!
+//! Problems have effects of the crate only, as the f64 reference knows no others. [`refine`](fn@refine)
+//! compares a scene with effects of an app with its own finest run.
 
 pub mod budget;
 pub mod choose;
@@ -39,6 +42,7 @@ mod picture;
 mod probe;
 pub mod problem;
 pub mod record;
+pub mod refine;
 pub mod registry;
 pub mod report;
 mod residual;
@@ -58,6 +62,7 @@ pub use error::StudyError;
 pub use observe::{Observe, Observed};
 pub use probe::{PROJECTIONS, Probe, ProbeNews, ProbePoint, ROUNDS, probe};
 pub use problem::{Case, Problem};
+pub use refine::{Refine, RefinedRun, Refinement, refine};
 pub use results::Study;
 pub use setting::{Method, Setting};
 pub use state::{BodyState, Solver, State};

@@ -182,6 +182,20 @@ impl Problem {
             scene.bodies.clone_from(&level.bodies);
             level_name.clone_from(&level.name);
         }
+        let own = scene
+            .bodies
+            .iter()
+            .find(|body| !body.effects.own.is_empty());
+        if let Some(body) = own {
+            let names: Vec<_> = body.effects.own.iter().map(|it| it.name()).collect();
+            let message = format!(
+                "{} carries {}, which the f64 reference does not know, as it is an effect of an app; \
+                 `study::refine` compares such a scene with its finest run",
+                body.name,
+                names.join(", ")
+            );
+            return Err(self.wrong(message));
+        }
         let mut world = scene.build()?.world;
         world.sleep.enabled = false;
         let start = Solver::reference(&world).state();

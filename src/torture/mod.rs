@@ -24,6 +24,7 @@ mod family;
 mod figure;
 pub mod filmstrip;
 mod html;
+mod in_app;
 mod map;
 mod member;
 pub mod report;

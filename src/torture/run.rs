@@ -69,10 +69,14 @@ impl Crews {
         let crews = counts.iter().map(|&count| Threads::new(count));
         Ok(Self(crews.collect::<Result<_, _>>()?))
     }
+
+    pub(super) fn all(&self) -> &[Threads] {
+        &self.0
+    }
 }
 
 /// Ticks after which states of repeated runs are compared.
-const COMPARED: usize = 15;
+pub(super) const COMPARED: usize = 15;
 
 /// Runs a member of a case, then repeats its first ticks with each of `crews`. `film` keeps the
 /// recorded observations.

@@ -24,6 +24,8 @@ mod mesh_primitives;
 mod mesh_read;
 mod mesh_shapes;
 mod mesh_support;
+mod own_effects;
+mod own_effects_runs;
 mod program;
 mod program_fuzz;
 mod project;

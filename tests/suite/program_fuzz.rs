@@ -1,14 +1,9 @@
 //! Corrupted command lines: any words give a command or an error that names the offending word and
-//! exits with code 2. The program's own parser is compiled into the suite, so that no window opens
-//! and nothing runs.
-
-#[allow(dead_code, reason = "commands are parsed here, and not run")]
-#[path = "../../src/command/mod.rs"]
-mod command;
+//! exits with code 2. Commands are parsed and not run, so that no window opens and nothing runs.
 
 use crate::fuzz_support::{fuzz, in_proportion};
 use clap::{CommandFactory, Parser, error::ErrorKind};
-use command::CommandLine;
+use pliant::command::CommandLine;
 use proptest::prelude::*;
 use std::{
     ffi::OsString,

@@ -146,7 +146,11 @@ fn session(path: &Path) -> u64 {
     let skin = None;
     push(
         &mut app,
-        Action::Spawn(Arc::new(NewBody { body: new, skin })),
+        Action::Spawn(Arc::new(NewBody {
+            body: new,
+            skin,
+            own: Vec::new(),
+        })),
     );
     push(&mut app, Action::Despawn { body: all[1] });
     ticks(&mut app, 20);

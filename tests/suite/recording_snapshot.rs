@@ -222,6 +222,7 @@ fn bodies_spawned_after_restoring_get_the_same_order_as_without_the_snapshot() {
         let new = NewBody {
             body: new.clone(),
             skin: None,
+            own: Vec::new(),
         };
         push(app, Action::Spawn(Arc::new(new)));
         ticks(app, 5);

@@ -119,7 +119,14 @@ fn add_ball(app: &mut App, place: Vec3) {
     body.effects.stretch = Some(Default::default());
     body.translate(place);
     let skin = None;
-    push(app, Action::Spawn(Arc::new(NewBody { body, skin })));
+    push(
+        app,
+        Action::Spawn(Arc::new(NewBody {
+            body,
+            skin,
+            own: Vec::new(),
+        })),
+    );
     ticks(app, 1);
 }
 

@@ -258,6 +258,7 @@ fn samples(app: &mut App) -> Vec<Action> {
         Action::Spawn(Arc::new(NewBody {
             body: new,
             skin: None,
+            own: Vec::new(),
         })),
         Action::Despawn { body },
         Action::ResetShape { body },

@@ -1,16 +1,17 @@
 //! `pliant run --ablate`.
 
 use super::{RunScene, notes_text, progress_bar, say, say_line};
-use pliant::{
+use crate::{
     ablation::{self, Options, report},
+    effect::OwnEffects,
     solver::Threads,
 };
 use std::{ops::ControlFlow, process::ExitCode};
 
 impl RunScene {
     /// Runs the scene with and without each of its effects.
-    pub(super) fn ablate(&self, threads: Threads) -> anyhow::Result<ExitCode> {
-        let (current, built, _) = self.open()?;
+    pub(super) fn ablate(&self, threads: Threads, own: &OwnEffects) -> anyhow::Result<ExitCode> {
+        let (current, built, _) = self.open(own)?;
         let defaults = Options::default();
         let options = Options {
             seconds: self.seconds.unwrap_or(defaults.seconds),

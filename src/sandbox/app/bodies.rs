@@ -4,7 +4,7 @@
 //! are kept in snapshots.
 
 use crate::{
-    effect::EffectRegistry,
+    effect::{EffectRegistry, OwnEffects},
     sandbox::{
         render::{camera::OrbitCamera, free_area::FreeArea},
         state::{
@@ -14,7 +14,7 @@ use crate::{
         },
         ui::message::{Notices, capitalised},
     },
-    scene::{BodyParameters, Look},
+    scene::{BodyParameters, Look, SceneEffects},
     simulation::{
         Action, Actions, BodyDensity, BodySkin, NewBody, SoftBody, action, carried, end_tick,
         plain::{self, bodies_in_order},
@@ -56,10 +56,11 @@ pub fn duplicate(world: &mut World, scope: &Scope) {
             continue;
         };
         let skin = entity.get::<BodySkin>().map(|skin| Arc::clone(&skin.0));
+        let own = own_effects(world).of_entity(&entity);
         let look = entity.get::<Look>().copied().unwrap_or_default();
         let name = free_name(world, &body.name);
         let body = copy_of(body, name, offset);
-        let new = NewBody { body, skin };
+        let new = NewBody { body, skin, own };
         let mut actions = world.resource_mut::<Actions>();
         actions.push(Action::Spawn(Arc::new(new)));
         action::apply(world);
@@ -243,8 +244,17 @@ pub fn parameters(world: &World, body: Entity) -> Option<BodyParameters> {
     let density = entity.get::<BodyDensity>()?.0;
     Some(BodyParameters {
         density: Some(density),
-        effects: carried::effects(entity).into(),
+        effects: SceneEffects {
+            own: own_effects(world).of_entity(&entity),
+            ..carried::effects(entity).into()
+        },
     })
+}
+
+/// The effects of the app that are saved.
+pub fn own_effects(world: &World) -> OwnEffects {
+    let registry = world.get_resource::<EffectRegistry>();
+    registry.map_or_else(OwnEffects::default, EffectRegistry::own)
 }
 
 /// Puts the parameters of the first body of a scope on the clipboard.
@@ -281,7 +291,7 @@ pub fn paste(world: &mut World, scope: &Scope) {
         world.resource_mut::<Notices>().info(text);
         return;
     };
-    match BodyParameters::parse("clipboard", &text) {
+    match BodyParameters::parse_with("clipboard", &text, &own_effects(world)) {
         Ok(parameters) => apply(world, scope, &parameters),
         Err(error) => {
             let text = format!(
@@ -313,7 +323,9 @@ fn actions(world: &World, body: Entity, parameters: &BodyParameters) -> Vec<Acti
     }
     let mut sample = World::new();
     let mut sample = sample.spawn_empty();
-    carried::insert_effects(&mut sample, &parameters.effects.into());
+    carried::insert_effects(&mut sample, &(&parameters.effects).into());
+    let own = parameters.effects.own.iter();
+    own.for_each(|effect| effect.insert(&mut sample));
     let sample = EntityRef::from(&sample);
     let entity = world.entity(body);
     for info in world.resource::<EffectRegistry>().iter() {

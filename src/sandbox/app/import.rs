@@ -205,6 +205,7 @@ fn enter(world: &mut World, import: Import, place: Place) {
     let new = NewBody {
         body,
         skin: import.skin,
+        own: Vec::new(),
     };
     let mut actions = world.resource_mut::<Actions>();
     actions.push(Action::Spawn(Arc::new(new)));

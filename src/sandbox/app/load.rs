@@ -6,7 +6,8 @@
 
 use super::keep;
 use crate::{
-    recording::{About, Recorder, SnapshotError, open},
+    effect::{EffectRegistry, OwnEffects},
+    recording::{About, Recorder, SnapshotError, open_with},
     sandbox::{
         app::time::{self, OpenScene, SceneContext},
         panel::{restart, scene_defaults},
@@ -91,8 +92,13 @@ impl Plugin for LoadPlugin {
     }
 }
 
-fn open_first(first: Res<FirstScene>, mut opening: ResMut<Opening>, mut commands: Commands) {
-    opening.begin(&first.0, Camera::Jump);
+fn open_first(
+    first: Res<FirstScene>,
+    effects: Res<EffectRegistry>,
+    mut opening: ResMut<Opening>,
+    mut commands: Commands,
+) {
+    opening.begin(&first.0, effects.own(), Camera::Jump);
     commands.remove_resource::<FirstScene>();
 }
 
@@ -128,16 +134,17 @@ fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<Vie
             | ViewCommand::Screenshot
             | ViewCommand::PlainPicture => continue,
         };
+        let own = world.resource::<EffectRegistry>().own();
         let mut opening = world.resource_mut::<Opening>();
-        opening.begin(&target, Camera::Glide);
+        opening.begin(&target, own, Camera::Glide);
     }
 }
 
 impl Opening {
     /// Starts to read and build a scene, which may take seconds.
-    fn begin(&mut self, name: &str, camera: Camera) {
+    fn begin(&mut self, name: &str, own: OwnEffects, camera: Camera) {
         let wanted = name.to_owned();
-        let task = async move { open(&wanted) };
+        let task = async move { open_with(&wanted, &own) };
         self.0 = Some(Pending {
             name: name.to_owned(),
             camera,
@@ -174,8 +181,9 @@ fn finish(world: &mut World) {
         }
         // The window is never empty: the default scene always builds, as a test checks.
         Err(_) if !world.contains_resource::<CurrentScene>() && name != SCENES[0].name => {
+            let own = world.resource::<EffectRegistry>().own();
             let mut opening = world.resource_mut::<Opening>();
-            opening.begin(SCENES[0].name, Camera::Jump);
+            opening.begin(SCENES[0].name, own, Camera::Jump);
         }
         Err(_) => {}
     }

@@ -6,6 +6,7 @@
 
 use super::bodies::{self, report};
 use crate::{
+    effect::OwnEffects,
     file as whole_file,
     sandbox::{
         state::{
@@ -32,7 +33,9 @@ pub struct PresetFolder(Option<PathBuf>);
 /// Loads the presets of the settings folder.
 pub fn load(world: &mut World) {
     let folder = preferences_dir().map(|folder| folder.join("pliant").join("presets"));
-    let (presets, errors) = folder.as_deref().map(read_all).unwrap_or_default();
+    let own = bodies::own_effects(world);
+    let presets = folder.as_deref().map(|folder| read_all(folder, &own));
+    let (presets, errors) = presets.unwrap_or_default();
     world.insert_resource(PresetFolder(folder));
     world.insert_resource(Presets(presets));
     for error in errors {
@@ -167,7 +170,7 @@ fn write(folder: &Path, preset: &Preset) -> io::Result<()> {
     whole_file::replace(&file(folder, name), text.as_bytes())
 }
 
-fn read_all(folder: &Path) -> (Vec<Preset>, Vec<String>) {
+fn read_all(folder: &Path, own: &OwnEffects) -> (Vec<Preset>, Vec<String>) {
     let mut paths: Vec<PathBuf> = match fs::read_dir(folder) {
         Ok(entries) => entries.flatten().map(|entry| entry.path()).collect(),
         // There is no folder before the first preset is saved.
@@ -177,7 +180,7 @@ fn read_all(folder: &Path) -> (Vec<Preset>, Vec<String>) {
     paths.sort();
     let (mut presets, mut errors) = (Vec::new(), Vec::new());
     for path in paths {
-        match read(&path) {
+        match read(&path, own) {
             Ok(preset) => presets.push(preset),
             Err(error) => errors.push(error),
         }
@@ -186,11 +189,11 @@ fn read_all(folder: &Path) -> (Vec<Preset>, Vec<String>) {
     (presets, errors)
 }
 
-fn read(path: &Path) -> Result<Preset, String> {
+fn read(path: &Path, own: &OwnEffects) -> Result<Preset, String> {
     let shown = path.display().to_string();
     let text = fs::read_to_string(path).map_err(|error| format!("{shown}: {error}"))?;
     let stored: Stored =
-        scene::parse(&shown, &text).map_err(|error: SceneError| error.to_string())?;
+        scene::parse_with(&shown, &text, own).map_err(|error: SceneError| error.to_string())?;
     let dimension = DIMENSIONS.iter().find(|(word, _)| *word == stored.body);
     let Some(&(_, dimension)) = dimension else {
         return Err(format!(
@@ -224,7 +227,7 @@ mod tests {
         write(&folder, &preset).expect("the temporary folder is writable");
         let broken = folder.join("broken.ron");
         fs::write(&broken, "(name: \"x\", body: \"gas\", effects: ())").expect("writable");
-        let (presets, errors) = read_all(&folder);
+        let (presets, errors) = read_all(&folder, &OwnEffects::default());
         fs::remove_dir_all(&folder).expect("it was created");
         assert_eq!(presets, [preset]);
         assert_eq!(errors.len(), 1, "{errors:?}");

@@ -2,6 +2,7 @@
 
 use super::{BuiltBody, Definition, MeshSource, colliders::color, pose};
 use crate::{
+    effect::OwnEffect,
     scene::{BodySpec, BuiltScene, Look, Material, Pins, SceneEffects, StitchTo, build},
     solver::{Body, Effects, Topology, VertexIndex},
 };
@@ -15,6 +16,8 @@ const RIGID: f64 = 1e-3;
 struct Now<'a> {
     body: &'a Body,
     look: Look,
+    /// Effects of an app.
+    own: &'a [OwnEffect],
     /// Spawn order, from 1.
     order: u64,
     /// The body of the file that it is, if it is one.
@@ -64,6 +67,7 @@ impl Definition {
             Now {
                 body,
                 look: now.looks.get(index).copied().unwrap_or_default(),
+                own: now.own.get(index).map_or(&[], Vec::as_slice),
                 order,
                 built,
             }
@@ -92,6 +96,7 @@ impl Definition {
                     && one.body.density == first.body.density
                     && one.body.added_mass == first.body.added_mass
                     && without_grab(&one.body.effects) == without_grab(&first.body.effects)
+                    && one.own == first.own
                     && one.body.stitches.all().len() == first.body.stitches.all().len()
             })
         };
@@ -116,6 +121,7 @@ impl Definition {
         if effects != without_grab(&built.body.effects) || body.density != built.body.density {
             write_effects(&mut spec, body, effects);
         }
+        spec.effects.own = one.own.to_vec();
         spec.added_mass.clone_from(&body.added_mass);
         if !same_pins(body, &built.body) {
             spec.pins = pins(body);
@@ -222,6 +228,7 @@ impl Definition {
             color: color(one.look.color),
         };
         write_effects(&mut spec, body, without_grab(&body.effects));
+        spec.effects.own = one.own.to_vec();
         Some(spec)
     }
 

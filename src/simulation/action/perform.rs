@@ -119,6 +119,7 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
             if let Some(skin) = &new.skin {
                 entity.insert(BodySkin(Arc::clone(skin)));
             }
+            new.own.iter().for_each(|effect| effect.insert(&mut entity));
             Ok(())
         }
         Action::Despawn { body } => {

@@ -13,7 +13,7 @@ use crate::{
 pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
     let (density, effects) = material(&topology);
     let mut body = Body::new(name, topology, density);
-    body.effects = effects.into();
+    body.effects = (&effects).into();
     body
 }
 

@@ -2,6 +2,7 @@
 
 use super::Verdict;
 use crate::{
+    effect::OwnEffects,
     recording::{About, record},
     sandbox::lab::worker::{Reporter, Worker},
     scene::{BuiltScene, Look},
@@ -62,6 +63,8 @@ pub fn save(
         camera: None,
         frame: None,
         notes: Vec::new(),
+        own: Vec::new(),
+        own_effects: OwnEffects::default(),
     };
     let about = About {
         name: format!("{}, {name}", case.name),

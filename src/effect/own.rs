@@ -1,0 +1,312 @@
+//! Effects of an app in files: by their names, with their parameters as text.
+
+use super::{Effect, EffectPlugin, EffectPlugins, EffectRegistry};
+use bevy::prelude::*;
+use ron::{Options, error::SpannedError, extensions::Extensions, ser::PrettyConfig};
+use serde::{Serialize, de::DeserializeOwned};
+use std::fmt;
+
+/// The effects of an app that scene files, snapshots and recordings may contain, in the order in
+/// which they act. None by default.
+///
+/// Functions that read files without an app take them; [`EffectRegistry::own`] returns those of a
+/// running app.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use pliant::effect::*;
+/// # use serde::{Deserialize, Serialize};
+/// #[derive(Component, Serialize, Deserialize)]
+/// struct Breeze {
+///     acceleration: f32, // m/s²
+/// }
+/// # impl Effect for Breeze {
+/// #     const NAME: &'static str = "breeze";
+/// #     const TITLE: &'static str = "Breeze";
+/// #     const SUMMARY: &'static str = "Pushes a body along x.";
+/// #     type State = ();
+/// # }
+///
+/// let own = OwnEffects::default().with::<Breeze>();
+/// let text = r#"Scene(
+///     title: "Breeze",
+///     look_at: "It drifts.",
+///     bodies: [(
+///         name: "cube",
+///         primitive: Box(size: (1, 1, 1), cells: (2, 2, 2)),
+///         effects: (stretch: (), breeze: (acceleration: 2)),
+///     )],
+///     acceptance: (seconds: 1, checks: []),
+/// )"#;
+/// let scene = pliant::scene::Scene::parse_with("breeze.ron", text, &own)?;
+/// let mut app = pliant::scene::run::headless(&scene.build()?); // with the plugin of `Breeze`
+/// let breeze = app.world_mut().query::<&Breeze>().single(app.world())?;
+/// assert_eq!(breeze.acceleration, 2.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct OwnEffects(Vec<OwnKind>);
+
+/// An effect of an app, with its functions without its type.
+#[derive(Clone, Copy)]
+pub(super) struct OwnKind {
+    name: &'static str,
+    add_plugin: fn(&mut App),
+    /// Parses a text, and writes it as it is stored.
+    normalized: fn(&str) -> Result<String, OwnEffectError>,
+    read: fn(&EntityRef) -> Option<Result<String, ron::Error>>,
+    insert: fn(&mut EntityWorldMut, &str),
+    remove: fn(&mut EntityWorldMut),
+    /// Whether it has a state besides the component.
+    has_state: bool,
+}
+
+/// An effect of an app on a body, as files contain it.
+#[derive(Clone, PartialEq)]
+pub struct OwnEffect {
+    kind: OwnKind,
+    text: String,
+}
+
+/// Why the text of an effect of an app is invalid.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OwnEffectError {
+    /// It cannot be parsed.
+    #[error("{line}:{column}: {message}")]
+    Syntax {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Found and expected syntax.
+        message: String,
+    },
+    /// It was parsed, and cannot be written.
+    #[error("it cannot be written: {0}")]
+    Write(ron::Error),
+}
+
+impl OwnKind {
+    /// The functions of an effect.
+    ///
+    /// # Panics
+    /// If the effect is of the crate, or its name is no identifier.
+    pub(super) fn of<E: Effect + Serialize + DeserializeOwned>() -> Self {
+        let name = E::NAME;
+        assert!(
+            !EffectPlugins::NAMES.contains(&name),
+            "the effect “{name}” is built in, and is saved already; give an effect of your own \
+             another name"
+        );
+        let mut letters = name.chars();
+        let starts = letters
+            .next()
+            .is_some_and(|first| first.is_ascii_alphabetic());
+        assert!(
+            starts && letters.all(|c| c.is_ascii_alphanumeric() || c == '_'),
+            "the effect “{name}” cannot be saved: scene files need a name of ASCII letters, digits \
+             and underscores that begins with a letter"
+        );
+        Self {
+            name,
+            add_plugin: |app| {
+                app.add_plugins(EffectPlugin::<E>::default().saved());
+            },
+            normalized: |text| {
+                let effect: E = from_text(text).map_err(|error| OwnEffectError::Syntax {
+                    line: error.span.start.line,
+                    column: error.span.start.col,
+                    message: error.code.to_string(),
+                })?;
+                to_text(&effect).map_err(OwnEffectError::Write)
+            },
+            read: |body| body.get::<E>().map(to_text),
+            insert: |body, text| match from_text::<E>(text) {
+                Ok(effect) => {
+                    body.insert(effect);
+                }
+                Err(error) => log::error!("{name} was not added: {error}", name = E::NAME),
+            },
+            remove: |body| {
+                body.remove::<E>();
+            },
+            has_state: size_of::<E::State>() > 0,
+        }
+    }
+}
+
+impl PartialEq for OwnKind {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl fmt::Debug for OwnKind {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl OwnEffects {
+    /// The same with another effect, which acts after these.
+    ///
+    /// # Panics
+    /// If there is one of its name already, the crate has one of its name, or the name is no
+    /// identifier.
+    #[must_use]
+    pub fn with<E: Effect + Serialize + DeserializeOwned>(mut self) -> Self {
+        assert!(
+            !self.names().any(|name| name == E::NAME),
+            "there is an effect called “{}” already; give this one another name",
+            E::NAME
+        );
+        self.0.push(OwnKind::of::<E>());
+        self
+    }
+
+    /// The effects of an app that has these kinds.
+    pub(super) fn of(kinds: impl Iterator<Item = OwnKind>) -> Self {
+        Self(kinds.collect())
+    }
+
+    /// Names of the effects.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.0.iter().map(|kind| kind.name)
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Adds the plugins of these effects to an app that does not have them.
+    pub fn add_to(&self, app: &mut App) {
+        for kind in &self.0 {
+            let registry = app.world().get_resource::<EffectRegistry>();
+            if registry.is_none_or(|registry| registry.get(kind.name).is_none()) {
+                (kind.add_plugin)(app);
+            }
+        }
+    }
+
+    /// Those of these effects that a body carries.
+    ///
+    /// # Errors
+    /// The name of an effect whose component cannot be written as text, and the error.
+    pub fn of_body(&self, body: &EntityRef) -> Result<Vec<OwnEffect>, (&'static str, ron::Error)> {
+        let carried = self.0.iter().filter_map(|kind| {
+            let text = (kind.read)(body)?;
+            let effect = text.map(|text| OwnEffect { kind: *kind, text });
+            Some(effect.map_err(|error| (kind.name, error)))
+        });
+        carried.collect()
+    }
+
+    /// The same for a body of an app. An effect that cannot be written is left out, and the log says
+    /// so.
+    pub(crate) fn of_entity(&self, body: &EntityRef) -> Vec<OwnEffect> {
+        self.of_body(body).unwrap_or_else(|(name, error)| {
+            log::error!("{name} of body {} is lost: {error}", body.id());
+            Vec::new()
+        })
+    }
+
+    /// Gives a body these effects, with a new state, and removes all others of this list.
+    pub(crate) fn set(&self, body: &mut EntityWorldMut, effects: &[OwnEffect]) {
+        for kind in &self.0 {
+            match effects.iter().find(|effect| effect.kind == *kind) {
+                Some(effect) => {
+                    if kind.has_state {
+                        (kind.remove)(body);
+                    }
+                    effect.insert(body);
+                }
+                None => (kind.remove)(body),
+            }
+        }
+    }
+
+    /// An effect from its parameters as text; `None` if there is none of this name.
+    #[must_use]
+    pub fn read(&self, name: &str, text: &str) -> Option<Result<OwnEffect, OwnEffectError>> {
+        let kind = *self.0.iter().find(|kind| kind.name == name)?;
+        let text = (kind.normalized)(text);
+        Some(text.map(|text| OwnEffect { kind, text }))
+    }
+
+    /// Sorts effects of a body in the order of this list.
+    pub(crate) fn sort(&self, effects: &mut [OwnEffect]) {
+        effects.sort_by_key(|effect| self.names().position(|name| name == effect.name()));
+    }
+}
+
+impl OwnEffect {
+    /// An effect with the parameters of a component.
+    ///
+    /// # Errors
+    /// Those of its `Serialize`.
+    ///
+    /// # Panics
+    /// As [`OwnEffects::with`].
+    pub fn new<E: Effect + Serialize + DeserializeOwned>(effect: &E) -> Result<Self, ron::Error> {
+        Ok(Self {
+            kind: OwnKind::of::<E>(),
+            text: to_text(effect)?,
+        })
+    }
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        self.kind.name
+    }
+
+    /// Its parameters in the syntax of scene files, in one line.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Inserts the component. An app without the plugin of the effect is told in the log that the
+    /// component does nothing.
+    pub fn insert(&self, body: &mut EntityWorldMut) {
+        (self.kind.insert)(body, &self.text);
+        let name = self.kind.name;
+        let is_new = body.world_scope(|world| {
+            let registry = world.get_resource_mut::<EffectRegistry>();
+            registry.is_some_and(|mut registry| {
+                registry.get(name).is_none() && registry.note_missing(name)
+            })
+        });
+        if is_new {
+            log::warn!("{name} does nothing: its plugin was not added; see `EffectPlugin`");
+        }
+    }
+}
+
+impl fmt::Debug for OwnEffect {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}: {}", self.kind.name, self.text)
+    }
+}
+
+/// The options of scene files.
+pub(crate) fn options() -> Options {
+    Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
+}
+
+/// The parameters of an effect in one line.
+pub(crate) fn to_text(effect: &impl Serialize) -> Result<String, ron::Error> {
+    let line = PrettyConfig::new()
+        .new_line("")
+        .indentor("")
+        .separator(" ")
+        .compact_structs(true);
+    options().to_string_pretty(effect, line)
+}
+
+fn from_text<E: DeserializeOwned>(text: &str) -> Result<E, SpannedError> {
+    options().from_str(text)
+}
