@@ -102,9 +102,8 @@
 //! ```
 //!
 //! What reads a scene, a snapshot or a recording without an app takes the effects of the app as
-//! [`OwnEffects`]. A scene, once read, knows them: a run without a window, an
-//! [ablation](https://docs.rs/pliant/latest/pliant/ablation/), the robustness suite and a refinement of its
-//! substeps have the plugins. The command line of Pliant runs with them in an app whose `main` is
+//! [`OwnEffects`]. A scene, once read, knows them: a run without a window, an ablation, the robustness
+//! suite and a refinement of its substeps have the plugins. The command line of Pliant runs with them in an app whose `main` is
 //! `pliant::command::run`.
 
 mod bend;

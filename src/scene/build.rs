@@ -198,7 +198,10 @@ impl Scene {
             built.world.bodies.push(body);
             built.skins.push(skin.clone());
             built.looks.push(look);
-            built.own.push(spec.effects.own.clone());
+            if !spec.effects.own.is_empty() {
+                built.own.resize(built.looks.len() - 1, Vec::new());
+                built.own.push(spec.effects.own.clone());
+            }
         }
         Ok(())
     }

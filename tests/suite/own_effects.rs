@@ -607,7 +607,9 @@ fn a_component_becomes_an_effect_of_a_scene() {
         ..Breeze::default()
     };
     scene.bodies[1].effects.own = vec![OwnEffect::new(&given).expect("it can be written")];
+    scene.bodies[0].effects.own.clear();
     let mut app = headless(&scene.build().expect("sound"));
+    assert_eq!(breeze(&mut app, 0), None);
     assert_eq!(breeze(&mut app, 1), Some(given));
 }
 

@@ -44,7 +44,7 @@ fn torture_runs_the_effects_of_the_app() {
         acceleration: f32::NAN,
         ..Breeze::default()
     };
-    wild.own[1] = vec![OwnEffect::new(&given).expect("it can be written")];
+    wild.own[0] = vec![OwnEffect::new(&given).expect("it can be written")];
     let row = torture::scene::run_built("wild", &wild, 0.3, &|_| ()).expect("it runs");
     assert_eq!(row.failed(), row.outcomes.len());
     let worst = row.worst().and_then(|outcome| outcome.worst());
