@@ -15,9 +15,9 @@ use crate::{
     },
     solver::{
         self, Collider, ColliderShape, Glide, Grab, Hold, Path, Pose, RestShape, Settings,
-        SleepSettings, Topology,
-        numbering::Numbering,
-        topology::{LeftOut, TornOrder},
+        Topology,
+        rest::SleepSettings,
+        topology::{LeftOut, TornOrder, numbering::Numbering},
     },
 };
 use bevy::prelude::{Name, World};

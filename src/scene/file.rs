@@ -7,8 +7,8 @@ use super::{
 use crate::{
     mesh::{Bounds, BuildOptions, Primitive, Treatment},
     solver::{
-        self, Compliance, Cut, Deformation, Density, Effects, Force, Mass, Path, Settings,
-        VertexIndex,
+        self, Compliance, Cut, Density, Effects, Force, Mass, Path, Settings, VertexIndex,
+        deform::Deformation,
     },
 };
 use glam::{UVec3, Vec3};

@@ -15,8 +15,8 @@ use super::{SimulationClock, SpawnOrder};
 use crate::{
     mesh::Skin,
     solver::{
-        Body, ColliderShape, Cut, Deformation, Density, InvalidValue, ParticleIndex, Pose,
-        SurfacePoint, VertexIndex,
+        Body, ColliderShape, Cut, Density, InvalidValue, ParticleIndex, Pose, SurfacePoint,
+        VertexIndex, deform::Deformation,
     },
     suggestion::similar,
 };
