@@ -22,7 +22,7 @@ use crate::{
         plain::{bodies_in_order, capture},
         tick,
     },
-    solver::{Body, Substeps, Threads, VertexIndex, body::in_both, topology::bounds},
+    solver::{Body, Substeps, Threads, VertexIndex, topology::bounds},
 };
 use bevy::prelude::*;
 use std::ops::ControlFlow;
@@ -328,7 +328,7 @@ fn remove(world: &mut World, effect: &str) {
 /// of them only.
 fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
     let (mut sum, mut max, mut count) = (0.0, 0.0_f64, 0_usize);
-    let both = in_both(one, other);
+    let both = Body::in_both(one, other);
     if both.len() < one.len().max(other.len()) {
         return None;
     }

@@ -4,8 +4,8 @@ use super::Figures;
 use crate::{
     simulation::{SoftBody, plain::effects},
     solver::{
-        BodyEffectKind, EffectStates, ElasticKind, Particles, advance::Stage, elastic::Elastic,
-        measure,
+        BodyEffectKind, EffectStates, ElasticKind, Particles, advance::Stage,
+        effects::elastic::Elastic, measure,
     },
 };
 use bevy::prelude::*;
@@ -105,12 +105,12 @@ macro_rules! elastic {
         }
 
         fn unfit(body: &bevy::prelude::EntityRef, _: &crate::solver::Settings) -> Option<String> {
-            use crate::solver::elastic::Elastic;
+            use crate::solver::effects::elastic::Elastic;
             super::elastic::unfit(Self::KIND, body)
         }
 
         fn elements(&self, body: &bevy::prelude::EntityRef) -> usize {
-            use crate::solver::elastic::Elastic;
+            use crate::solver::effects::elastic::Elastic;
             super::elastic::elements(Self::KIND, body)
         }
 

@@ -4,7 +4,7 @@
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{
     Attract, Axis, Coefficient, Drag, Finite, Length, Stream, Turbulence, Uniform, Vortex, Wind,
-    advance::Stage, force::Force,
+    advance::Stage, effects::force::Force,
 };
 
 /// Common code of all force fields.

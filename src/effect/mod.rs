@@ -45,7 +45,7 @@
 //!         get: |breeze| breeze.acceleration.into(),
 //!         set: |breeze, value| {
 //!             let value = value as f32;
-//!             breeze.acceleration = pliant::solver::quantity::finite("acceleration", value)?;
+//!             breeze.acceleration = pliant::solver::InvalidValue::unless_finite("acceleration", value)?;
 //!             Ok(())
 //!         },
 //!     }];

@@ -13,9 +13,9 @@ use crate::{
     simulation::{SpawnOrder, SpawnOrders},
     solver::{
         self, Collider, ColliderShape, Glide, Grab, Hold, Path, Pose, RestShape, Settings,
-        SleepSettings, Topology,
-        numbering::Numbering,
-        topology::{LeftOut, TornOrder},
+        Topology,
+        rest::SleepSettings,
+        topology::{LeftOut, TornOrder, numbering::Numbering},
     },
 };
 use body::StoredBody;

@@ -4,7 +4,7 @@ use super::{Drawn, MeshSystems};
 use crate::{
     effect::{Stretch, Struts},
     simulation::{BodyContacts, Pins, SoftBody},
-    solver::{Particles, order::Elements},
+    solver::{Particles, topology::order::Elements},
 };
 use bevy::{color::Oklcha, prelude::*};
 

@@ -364,7 +364,7 @@ mod tests {
     use super::*;
     use crate::{
         mesh::{Anchor, Primitive, Skin},
-        solver::{VertexIndex, numbering::Numbering},
+        solver::{VertexIndex, topology::numbering::Numbering},
     };
     use std::sync::Arc;
 

@@ -7,7 +7,7 @@ use crate::{
         BodySkin, SoftBody, SoftBodyHit,
         query::hit::{Hit, meets_box, on_balls, on_segments, on_triangles},
     },
-    solver::{ParticleIndex, SurfacePoint, numbering::Numbering},
+    solver::{ParticleIndex, SurfacePoint, topology::numbering::Numbering},
 };
 use bevy::{
     ecs::system::SystemParam,

@@ -3,7 +3,7 @@
 use super::SceneError;
 use crate::{
     simulation::Statistics,
-    solver::{Body, VertexIndex, World, body::in_both, measure, topology::bounds},
+    solver::{Body, VertexIndex, World, measure, topology::bounds},
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -108,7 +108,7 @@ impl Acceptance {
                 ));
             }
         }
-        for (first, last) in in_both(&start.bodies, &end.bodies) {
+        for (first, last) in Body::in_both(&start.bodies, &end.bodies) {
             let known = |pin: &&VertexIndex| pin.index() < last.topology.particles();
             let moved = first.pins.iter().filter(known).filter(|&&pin| {
                 let at = |body: &Body| body.particles.positions[body.topology.particle(pin)];

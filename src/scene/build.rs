@@ -11,11 +11,11 @@ use crate::{
     mesh::{self, Bounds, BuildOptions, FileMesh, Skin, SoftMesh, Treatment, read::Parts},
     simulation::SpawnOrders,
     solver::{
-        Body, Collider, ColliderMesh, ColliderShape, Cut, Effects, MAX_COORDINATE, ParticleIndex,
-        Pose, RestShape, RodShape, Topology, VertexIndex, World,
-        contact::pose::rotation_degrees,
-        deform, direct, measure,
-        quantity::finite,
+        Body, Collider, ColliderMesh, ColliderShape, Cut, Effects, InvalidValue, MAX_COORDINATE,
+        ParticleIndex, Pose, RestShape, RodShape, Topology, VertexIndex, World,
+        contact::rotation_degrees,
+        deform::deform,
+        direct, measure,
         topology::{Dimension, bounds},
     },
     suggestion::similar,
@@ -265,7 +265,7 @@ impl Scene {
     fn collider(&self, spec: &ColliderSpec) -> Result<(Collider, Vec<String>), ColliderError> {
         for v in [spec.position, spec.rotation] {
             for component in v.to_array() {
-                finite("position or rotation", component)?;
+                InvalidValue::unless_finite("position or rotation", component)?;
             }
         }
         let start = Pose {

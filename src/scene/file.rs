@@ -8,7 +8,9 @@ use super::{
 use crate::{
     effect::{OwnEffects, own::options},
     mesh::{Bounds, BuildOptions, Primitive, Treatment},
-    solver::{Compliance, Cut, Deformation, Density, Force, Mass, Path, Settings, VertexIndex},
+    solver::{
+        Compliance, Cut, Density, Force, Mass, Path, Settings, VertexIndex, deform::Deformation,
+    },
 };
 use glam::{UVec3, Vec3};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};

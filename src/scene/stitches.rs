@@ -8,7 +8,7 @@ use crate::{
     mesh,
     solver::{
         Body, Collider, NotARod, ParticleIndex, RodShape, Stitch, StitchEnd, StitchError, Stitches,
-        SurfacePoint, Topology, VertexIndex, World, contact::pairs::on_triangle,
+        SurfacePoint, Topology, VertexIndex, World, contact::on_triangle,
     },
     suggestion::similar,
 };

@@ -16,8 +16,8 @@ use crate::{
     effect::OwnEffect,
     mesh::Skin,
     solver::{
-        Body, ColliderShape, Cut, Deformation, Density, InvalidValue, ParticleIndex, Pose,
-        SurfacePoint, VertexIndex,
+        Body, ColliderShape, Cut, Density, InvalidValue, ParticleIndex, Pose, SurfacePoint,
+        VertexIndex, deform::Deformation,
     },
     suggestion::similar,
 };

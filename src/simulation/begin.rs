@@ -10,8 +10,7 @@ use super::{
 };
 use crate::solver::{
     Collide, Collider, Direct, Grab, Particles, Quarantine, Stitches,
-    body::{INPUT, restore_at_rest},
-    contact::collider::SweptCollider,
+    contact::SweptCollider,
     masses::set_inverse_masses,
     rest::{disturbed, written},
 };
@@ -79,10 +78,10 @@ pub(super) fn check_input(
 ) {
     for (entity, name, body, mut particles, start) in &mut bodies {
         if let Some(particle) = particles.first_unfit(body.particles()) {
-            restore_at_rest(&mut particles, &start.positions);
+            particles.restore_at_rest(&start.positions);
             let quarantine = Quarantine {
                 vertex: body.vertex(particle),
-                stage: INPUT,
+                stage: Quarantine::INPUT,
             };
             messages.write(quarantine::message(entity, name, &quarantine));
             commands.entity(entity).insert(Quarantined(quarantine));

@@ -4,8 +4,8 @@ use super::SimulationClock;
 use crate::{
     mesh::Skin,
     solver::{
-        self, Density, DirectWorkspace, EffectStates, Mass, Particles, Topology, TopologyId,
-        VertexIndex, masses::set_inverse_masses,
+        self, Density, EffectStates, Mass, Particles, Topology, TopologyId, VertexIndex,
+        direct::DirectWorkspace, masses::set_inverse_masses,
     },
 };
 use bevy::{

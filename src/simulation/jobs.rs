@@ -5,14 +5,13 @@ use super::{
     SolverThreads, SpawnOrder, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
-    ContactCounts, Contacts, DirectWorkspace, EffectStates, Effects, Ledger, Particles, Stitches,
-    Substep, Threads, WorkEstimate,
+    ContactCounts, Contacts, EffectStates, Effects, Particles, Stitches, Substep, Threads,
+    WorkEstimate,
     advance::{NotFinite, Stage, StepContext, Stepper, Watch},
-    ledger,
-    step::{
-        joints::Joined,
-        together::{self, COLLIDE, GroupedBody, must_step_together},
-    },
+    direct::DirectWorkspace,
+    joints::Joined,
+    ledger::{self, Ledger},
+    together::{self, COLLIDE, GroupedBody, must_step_together},
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 use std::{collections::BTreeMap, mem::take, ops::Range, time::Instant};

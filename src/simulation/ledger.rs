@@ -61,7 +61,7 @@ pub struct EnergyLedger {
     /// Energy of the bodies after the last tick [J].
     pub now: Energies,
     /// Changes by the solver since the start [J].
-    pub solver: solver::Ledger,
+    pub solver: solver::ledger::Ledger,
     /// Changes by tearing and cutting [J]: the energy of edges that were doubled along cracks, less that
     /// of folds and joints that broke. It includes other changes between the same two ticks, unless
     /// emitters or sinks added or removed bodies: then all is in [`other`](Self::other).
@@ -83,7 +83,7 @@ pub struct EnergyLedger {
 struct Tick {
     /// Energy of the bodies before the tick [J].
     before: f64,
-    solver: solver::Ledger,
+    solver: solver::ledger::Ledger,
     /// Whether the solver's ledger does not cover the whole tick.
     incomplete: bool,
 }
@@ -155,7 +155,7 @@ impl EnergyLedger {
     }
 
     /// Adds the solver's ledger of some substeps, or `None` if the solver could not track them.
-    pub(super) fn add(&mut self, ledger: Option<solver::Ledger>) {
+    pub(super) fn add(&mut self, ledger: Option<solver::ledger::Ledger>) {
         if let Some(tick) = &mut self.tick {
             match ledger {
                 Some(ledger) => tick.solver += ledger,

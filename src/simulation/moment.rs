@@ -18,7 +18,7 @@ use crate::{
     mesh::Skin,
     solver::{
         self, Collider, Density, EffectStates, Effects, Mass, Particles, Quarantine, Settings,
-        SleepSettings, Stitches, Topology, VertexIndex, memory, topology::RestValues,
+        Stitches, Topology, VertexIndex, memory, rest::SleepSettings, topology::RestValues,
     },
 };
 use bevy::prelude::*;

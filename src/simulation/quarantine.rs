@@ -4,11 +4,7 @@ use super::{
     BodyContacts, BodyQuarantined, Quarantined, SolverThreads, SpawnOrder, body::shown_name, plain,
     step::CurrentSubstep,
 };
-use crate::solver::{
-    Particles, Quarantine,
-    advance::NotFinite,
-    body::{CONTACT, INPUT, JOINTS, USER, restore_at_rest},
-};
+use crate::solver::{Particles, Quarantine, advance::NotFinite};
 use bevy::prelude::*;
 
 /// Resets a diverged body to the start of the tick, determines the stage that failed, and sends a
@@ -23,16 +19,16 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let order = world.get::<SpawnOrder>(entity).copied();
     let is_joined = order.is_some_and(|order| world.resource::<BodyContacts>().joins(order));
     let other = if body.effects.touches_surfaces(context.swept.has_meshes()) {
-        CONTACT
+        Quarantine::CONTACT
     } else if is_joined {
-        JOINTS
+        Quarantine::JOINTS
     } else {
-        USER
+        Quarantine::USER
     };
     let quarantine = body.find_cause(error, other, &context);
     let mut entity_mut = world.entity_mut(entity);
     if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
-        restore_at_rest(&mut particles, &body.tick_start.positions);
+        particles.restore_at_rest(&body.tick_start.positions);
     }
     entity_mut.insert(Quarantined(quarantine.clone()));
     let text = message(entity, world.get::<Name>(entity), &quarantine);
@@ -48,7 +44,7 @@ pub(super) fn message(
     let name = shown_name(body, name);
     let Quarantine { vertex, stage } = quarantine;
     let what = match *stage {
-        INPUT => format!(
+        Quarantine::INPUT => format!(
             "was set to a state that cannot be stepped (vertex {vertex}, as input: not finite, or columns of \
              another length)"
         ),

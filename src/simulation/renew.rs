@@ -7,8 +7,8 @@ use super::{
 };
 use crate::effect::follow_points;
 use crate::solver::{
-    DirectWorkspace, EffectStates, Emitter, Grab, Particles, Sink, Stitches, advance::Stepper,
-    renew::Attached,
+    EffectStates, Emitter, Grab, Particles, Sink, Stitches, advance::Stepper,
+    direct::DirectWorkspace, renew::Attached,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 

@@ -8,7 +8,7 @@ use crate::{
     effect::EffectRegistry,
     solver::{
         Effects, Particles, Pressure, Stitches, Topology,
-        contact::pairs::{Outline, crossings},
+        contact::{Outline, crossings},
         measure::{self, SquareSum},
     },
 };

@@ -11,11 +11,10 @@ use super::{
 use crate::{
     effect::{self, Grabs},
     solver::{
-        Collider, Emitter, Grab, Particles, Settings, SleepSettings, Substep, Threads,
+        Collider, Emitter, Grab, Instructions, Particles, Settings, Substep, Threads,
         advance::{Stage, StepContext},
-        contact::collider::{Swept, SweptCollider},
-        lanes::Instructions,
-        rest::{Wakefulness, settle},
+        contact::{Swept, SweptCollider},
+        rest::{SleepSettings, Wakefulness, settle},
     },
 };
 use bevy::{

@@ -11,8 +11,8 @@ use crate::{
     effect::follow_points,
     mesh::Skin,
     solver::{
-        Cut, DirectWorkspace, EffectStates, Effects, Grab, ParticleIndex, Particles, Stitches,
-        SurfacePoint, Tear, Topology, VertexIndex, advance::Stepper, masses::Masses,
+        Cut, EffectStates, Effects, Grab, ParticleIndex, Particles, Stitches, SurfacePoint, Tear,
+        Topology, VertexIndex, advance::Stepper, direct::DirectWorkspace, masses::Masses,
         topology::Torn,
     },
 };

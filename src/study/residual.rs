@@ -7,8 +7,10 @@
 
 use crate::solver::{
     Body, Rate, Substeps, World,
-    effects::shape_matching::MatchedParticle,
-    elastic::{Elastic, Visit},
+    effects::{
+        MatchedParticle,
+        elastic::{Elastic, Visit},
+    },
     measure::{self, SquareSum},
 };
 use glam::DVec3;

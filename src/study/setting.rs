@@ -3,7 +3,7 @@
 use crate::solver::{
     self, Body, Compliance, Direct, Fraction, InvalidValue, Iterations, Stiffness, Substeps, World,
     direct,
-    elastic::{Elastic, Visit},
+    effects::elastic::{Elastic, Visit},
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;

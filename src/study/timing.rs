@@ -8,7 +8,7 @@ use super::{
     record::{TimeRecord, machine},
     setting::Setting,
 };
-use crate::solver::{Threads, World, partitions::MIN_CUT};
+use crate::solver::{Threads, World, topology::partitions::MIN_CUT};
 use std::time::Instant;
 
 /// Ticks are timed in batches of at least this many projections.

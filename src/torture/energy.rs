@@ -7,8 +7,10 @@
 
 use crate::solver::{
     Body, ShapeMatching, ShapeMatchingState, World,
-    effects::shape_matching::MatchedParticle,
-    elastic::{Elastic, Visit},
+    effects::{
+        MatchedParticle,
+        elastic::{Elastic, Visit},
+    },
     measure::{self, gravitational_energy, kinetic_energy},
 };
 use glam::DVec3;

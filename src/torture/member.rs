@@ -2,8 +2,8 @@
 
 use super::{Shape, TortureError};
 use crate::solver::{
-    Body, Compliance, Damping, Density, Effects, Iterations, RestShape, Settings, SleepSettings,
-    Stretch, Substeps, Topology, Volume, World,
+    Body, Compliance, Damping, Density, Effects, Iterations, RestShape, Settings, Stretch,
+    Substeps, Topology, Volume, World, rest::SleepSettings,
 };
 use glam::Vec3;
 use std::{fmt, sync::Arc};

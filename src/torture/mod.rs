@@ -48,7 +48,7 @@ pub use shape::{Kind, Shape};
 pub use suite::{Job, Options, SuiteRow, jobs};
 pub use watch::{Moment, Watch};
 
-use crate::solver::{Deformation, World};
+use crate::solver::{World, deform::Deformation};
 
 /// A hard case.
 #[derive(Debug, Clone, Copy)]

@@ -9,8 +9,10 @@ use glam::DVec3;
 use pliant::solver::{
     Body, Damping, Effects,
     deform::Random,
-    effects::Multipliers,
-    elastic::{Elastic, Point, Visit},
+    effects::{
+        Multipliers,
+        elastic::{Elastic, Point, Visit},
+    },
     reference,
 };
 

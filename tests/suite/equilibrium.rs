@@ -6,7 +6,7 @@ use crate::support::G;
 use glam::DVec3;
 use pliant::solver::{
     Body,
-    elastic::{Elastic, Point, Visit},
+    effects::elastic::{Elastic, Point, Visit},
 };
 
 /// The positions at rest [m] of a body that is held only by its own elements and pins.

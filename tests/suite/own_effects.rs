@@ -57,7 +57,8 @@ impl Effect for Breeze {
         scale: Scale::Linear,
         get: |breeze| breeze.acceleration.into(),
         set: |breeze, value| {
-            breeze.acceleration = pliant::solver::quantity::finite("acceleration", value as f32)?;
+            breeze.acceleration =
+                pliant::solver::InvalidValue::unless_finite("acceleration", value as f32)?;
             Ok(())
         },
     }];

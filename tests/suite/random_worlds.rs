@@ -9,10 +9,12 @@ use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec3Swizzles, Vec4};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Collide, Collider, ColliderShape, Compliance, Damping, Deformation, Density, Effects,
-        Filling, Frequency, Friction, Ground, Height, Instructions, Path, Pose, Pressure,
-        RegionSize, RestShape, Restitution, ShapeMatching, StickyGround, Stiffness, Stretch,
-        Struts, Threads, VertexIndex, Volume, World, deform::deform, measure,
+        Body, Collide, Collider, ColliderShape, Compliance, Damping, Density, Effects, Filling,
+        Frequency, Friction, Ground, Height, Instructions, Path, Pose, Pressure, RegionSize,
+        RestShape, Restitution, ShapeMatching, StickyGround, Stiffness, Stretch, Struts, Threads,
+        VertexIndex, Volume, World,
+        deform::{Deformation, deform},
+        measure,
     },
 };
 use proptest::prelude::*;

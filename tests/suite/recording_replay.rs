@@ -7,10 +7,13 @@ use pliant::{
     recording::{About, HASH_EVERY, Recorder, RecordingError, Replay, replay},
     scene::{self, BuiltScene, Scene, run::headless},
     simulation::{
-        Action, Asleep, NewBody, SimulationClock, SolvePhase, SolveSchedule, plain,
-        plain::bodies_in_order, state_hash, tick,
+        Action, Asleep, NewBody, SimulationClock, SolvePhase, SolveSchedule,
+        plain::{self, bodies_in_order},
+        state_hash, tick,
     },
-    solver::{Cut, Deformation, ParticleIndex, Particles, SurfacePoint, Threads, VertexIndex},
+    solver::{
+        Cut, ParticleIndex, Particles, SurfacePoint, Threads, VertexIndex, deform::Deformation,
+    },
 };
 use proptest::prelude::*;
 use std::{

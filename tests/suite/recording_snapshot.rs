@@ -16,8 +16,8 @@ use pliant::{
         state_hash, tick,
     },
     solver::{
-        Deformation, ParticleIndex, Particles, RestShape, SurfacePoint, Topology, VertexIndex,
-        measure::fnv1a,
+        ParticleIndex, Particles, RestShape, SurfacePoint, Topology, VertexIndex,
+        deform::Deformation, measure::fnv1a,
     },
 };
 use proptest::prelude::*;

@@ -7,7 +7,7 @@ use crate::{
 use glam::{DVec3, Vec3};
 use pliant::solver::{
     Collide, Collider, ColliderShape, Friction, Ground, Height, Path, Pose, Restitution,
-    StickyGround, contact::pose::rotation,
+    StickyGround, contact::rotation,
 };
 
 fn surface(friction: f32, restitution: f32) -> (Friction, Restitution) {

@@ -18,7 +18,7 @@ use pliant::{
         state::display::Theme,
         ui::{WidgetRects, theme},
     },
-    solver::{Body, Threads, deform},
+    solver::{Body, Threads, deform::deform},
     torture::{CASES, Case, Figure, run::given},
 };
 use std::{path::PathBuf, thread, time::Duration};

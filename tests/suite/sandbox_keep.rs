@@ -264,7 +264,7 @@ fn one_changed_copy_of_a_grid_is_written_by_itself_and_the_others_stay_where_the
 fn moved_and_added_colliders_are_saved_and_a_mesh_of_unknown_source_is_a_reason() {
     let mut app = opened("colliders");
     let first = plain::colliders_in_order(app.world_mut())[0];
-    let turn = pliant::solver::contact::pose::rotation_degrees(Vec3::new(10.0, -25.0, 70.0));
+    let turn = pliant::solver::contact::rotation_degrees(Vec3::new(10.0, -25.0, 70.0));
     let start = Pose {
         rotation: turn,
         translation: bevy::math::DVec3::new(0.5, 1.25, -0.75),

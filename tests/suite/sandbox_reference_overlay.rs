@@ -21,8 +21,8 @@ use pliant::{
         state_hash,
     },
     solver::{
-        self, Collide, Collider, ColliderShape, Deformation, Grab, ParticleIndex, Particles, Path,
-        Pose, Settings, Substeps, SurfacePoint, VertexIndex, reference,
+        self, Collide, Collider, ColliderShape, Grab, ParticleIndex, Particles, Path, Pose,
+        Settings, Substeps, SurfacePoint, VertexIndex, deform::Deformation, reference,
     },
     study::PROJECTIONS,
 };

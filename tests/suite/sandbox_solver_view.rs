@@ -12,7 +12,11 @@ use pliant::{
         },
         state::view::SolverView,
     },
-    solver::{RestShape, Topology, coloring::MAX_COLORS, lanes::WIDTH, order::Elements},
+    solver::{
+        RestShape, Topology,
+        kernel::WIDTH,
+        topology::{coloring::MAX_COLORS, order::Elements},
+    },
 };
 use std::collections::BTreeMap;
 

@@ -31,8 +31,8 @@ use pliant::{
         state_hash,
     },
     solver::{
-        ColliderShape, Cut, Deformation, Density, ParticleIndex, Pose, Quarantine, SurfacePoint,
-        Threads, VertexIndex, body::USER,
+        ColliderShape, Cut, Density, ParticleIndex, Pose, Quarantine, SurfacePoint, Threads,
+        VertexIndex, deform::Deformation,
     },
 };
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc, time::Instant};
@@ -348,7 +348,7 @@ fn every_kind_of_action_is_undone_and_redone() {
         if matches!(sample, Action::Restore { .. }) {
             let quarantine = Quarantine {
                 vertex: VertexIndex(0),
-                stage: USER,
+                stage: Quarantine::USER,
             };
             app.world_mut()
                 .entity_mut(body)

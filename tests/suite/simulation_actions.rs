@@ -6,7 +6,8 @@ use pliant::{
     effect::{Collide, Stretch},
     simulation::{Action, Applied, BodyDensity, Pins, Quarantined, SoftBody, state_hash},
     solver::{
-        Deformation, Density, Grab, ParticleIndex, Particles, SurfacePoint, VertexIndex, measure,
+        Density, Grab, ParticleIndex, Particles, SurfacePoint, VertexIndex, deform::Deformation,
+        measure,
     },
 };
 

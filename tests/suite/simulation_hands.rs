@@ -11,13 +11,13 @@ use pliant::{
     recording::{About, Recorder, Snapshot, replay},
     scene::{Scene, run::headless},
     simulation::{
-        Action, EnergyLedger, Pins, plain,
-        plain::{bodies_in_order, colliders_in_order},
+        Action, EnergyLedger, Pins,
+        plain::{self, bodies_in_order, colliders_in_order},
         state_hash,
     },
     solver::{
-        self, ColliderShape, Grab, Ledger, ParticleIndex, Particles, Pose, SurfacePoint, Threads,
-        VertexIndex, contact::pose::rotation, reference,
+        self, ColliderShape, Grab, ParticleIndex, Particles, Pose, SurfacePoint, Threads,
+        VertexIndex, contact::rotation, ledger::Ledger, reference,
     },
 };
 

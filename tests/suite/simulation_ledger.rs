@@ -21,8 +21,8 @@ use pliant::{
         Action, EnergyLedger, SolvePhase, SolveSchedule, plain, state_hash, statistics::measure,
     },
     solver::{
-        self, Direct, Effects, Friction, Ground, Ledger, ParticleIndex, Restitution, SurfacePoint,
-        World,
+        self, Direct, Effects, Friction, Ground, ParticleIndex, Restitution, SurfacePoint, World,
+        ledger::Ledger,
     },
 };
 

@@ -8,7 +8,7 @@ use pliant::{
         needs_plugin,
     },
     simulation::{Action, SimulationPlugin, SimulationSettings, SoftBody},
-    solver::{Deformation, Grab, ParticleIndex, SurfacePoint, VertexIndex},
+    solver::{Grab, ParticleIndex, SurfacePoint, VertexIndex, deform::Deformation},
 };
 
 /// The message of an action that must be rejected and change nothing.

@@ -7,10 +7,10 @@ use crate::{
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Compliance, Density, Direct, DirectWorkspace, Effects, FlexuralRigidity,
-        IsometricBend, Iterations, Order, Plasticity, Settings, Stiffness, Stretch, Substeps,
-        Threads, Tolerance, Topology, Volume, World, Yield,
-        direct::{Choice, Status},
+        Body, Compliance, Density, Direct, Effects, FlexuralRigidity, IsometricBend, Iterations,
+        Order, Plasticity, Settings, Stiffness, Stretch, Substeps, Threads, Tolerance, Topology,
+        Volume, World, Yield,
+        direct::{Choice, DirectWorkspace, Status},
     },
     study::{Case, Problem, Setting, converge::converge, sweep::run_one},
 };

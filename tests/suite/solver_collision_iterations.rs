@@ -11,7 +11,7 @@ use pliant::{
     simulation::{SolvePhase, SolveSchedule, state_hash},
     solver::{
         Body, Collide, Collider, ColliderShape, CollisionIterations, Friction, Ground, Iterations,
-        Pose, World, contact::pose::rotation_degrees,
+        Pose, World, contact::rotation_degrees,
     },
 };
 

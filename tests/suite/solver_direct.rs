@@ -15,8 +15,9 @@ use pliant::{
     solver::{
         Bend, Body, Coefficient, Direct, Effects, Filling, Fraction, Ground, IsometricBend,
         Membrane, Method, NeoHookean, Order, PoissonRatio, Pressure, Slack, Stiffness, Strain,
-        StrainLimit, Struts, Tethers, Threads, Volume, Weave, World, YoungsModulus, deform,
-        deform::Deformation, direct, measure, reference,
+        StrainLimit, Struts, Tethers, Threads, Volume, Weave, World, YoungsModulus,
+        deform::{Deformation, deform},
+        direct, measure, reference,
     },
 };
 

@@ -5,8 +5,8 @@ use crate::support::{
     volume, with, world,
 };
 use pliant::solver::{
-    EffectStates, EffectiveCompliance, Effects, ElasticKind, Stretch, World,
-    effective::{CLOSE, ConstraintWork},
+    EffectStates, Effects, ElasticKind, Stretch, World,
+    effective::{CLOSE, ConstraintWork, EffectiveCompliance},
 };
 
 const LINKS: usize = 32;

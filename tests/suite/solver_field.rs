@@ -2,15 +2,15 @@
 
 use crate::support::{assert_relative, body, chain, cube, settings, stretch, with, world};
 use glam::{DMat3, DVec3, Mat3, UVec2, Vec2, Vec3};
-use pliant::solver::Deformation;
+use pliant::solver::deform::Deformation;
 use pliant::{
     mesh::Primitive,
     solver::{
         Body, Contact, Effects, Ground, Volume,
-        contact::pose::rotation,
-        deform,
+        contact::rotation,
+        deform::{deform, reset_shape},
         field::{self, Principal},
-        measure, reset_shape,
+        measure,
     },
 };
 

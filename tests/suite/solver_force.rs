@@ -5,8 +5,10 @@ use glam::{DVec3, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Attract, Axis, Body, Coefficient, Drag, Effects, Finite, Ledger, Length, Stream,
-        Turbulence, Uniform, Vortex, Wind, World, ledger, reference,
+        Attract, Axis, Body, Coefficient, Drag, Effects, Finite, Length, Stream, Turbulence,
+        Uniform, Vortex, Wind, World,
+        ledger::{self, Ledger},
+        reference,
     },
 };
 
@@ -245,7 +247,7 @@ fn the_ledger_includes_the_work_of_forces() {
     };
     let start = energy(&world.bodies[0]);
     let mut total = Ledger::default();
-    let swept = pliant::solver::contact::collider::Swept::default();
+    let swept = pliant::solver::contact::Swept::default();
     for _ in 0..30 {
         let settings = world.settings;
         let body = &mut world.bodies[0];

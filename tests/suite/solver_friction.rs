@@ -6,8 +6,7 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Collide, Collider, ColliderShape, Direct, Friction, Ground, Mass, Pose, RestShape,
-        RollingResistance, Stretch, VertexIndex, World, contact::pose::rotation, measure,
-        reference,
+        RollingResistance, Stretch, VertexIndex, World, contact::rotation, measure, reference,
     },
 };
 use std::f64::consts::{FRAC_PI_2, PI};

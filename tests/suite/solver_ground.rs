@@ -4,7 +4,7 @@ use crate::support::{self, G, assert_relative, body_of_masses, point, position, 
 use glam::{DVec3, Vec3};
 use pliant::solver::{
     Collide, Collider, ColliderShape, Friction, Ground, Height, Pose, Restitution, World,
-    contact::pose::rotation, reference,
+    contact::rotation, reference,
 };
 
 const H: f64 = 1.0 / 600.0;

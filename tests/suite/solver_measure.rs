@@ -6,8 +6,10 @@ use crate::support::{
 };
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Body, Deformation, Effects, ElasticKind, contact::pose::rotation, deform, measure,
-    measure::SquareSum,
+    Body, Effects, ElasticKind,
+    contact::rotation,
+    deform::{Deformation, deform},
+    measure::{self, SquareSum},
 };
 
 fn shape_error(body: &Body) -> f64 {

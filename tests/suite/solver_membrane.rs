@@ -11,8 +11,10 @@ use pliant::{
         Body, Effects, Membrane, MembraneCompliance, PoissonRatio, RestShape, Thickness,
         VertexIndex, Weave, YoungsModulus,
         deform::Random,
-        effects::Multipliers,
-        elastic::{Elastic, Point},
+        effects::{
+            Multipliers,
+            elastic::{Elastic, Point},
+        },
         measure, reference,
     },
 };

@@ -12,7 +12,7 @@ use pliant::{
     solver::{
         Body, Collide, Collider, ColliderMesh, ColliderMeshError, ColliderShape, Contact,
         ContactThickness, Effects, Frequency, Friction, Ground, Path, Pose, RestShape, Restitution,
-        ShapeMatching, World, contact::pose::rotation, measure, reference,
+        ShapeMatching, World, contact::rotation, measure, reference,
     },
 };
 

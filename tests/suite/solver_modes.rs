@@ -6,8 +6,8 @@ use crate::support::{
 };
 use glam::Vec3;
 use pliant::solver::{
-    Body, Effects, Modes, RestShape, Substeps,
-    modes::{RIGID, half_life},
+    Body, Effects, RestShape, Substeps,
+    modes::{Modes, RIGID, half_life},
     reference,
 };
 use std::f64::consts::PI;

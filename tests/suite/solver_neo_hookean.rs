@@ -8,11 +8,9 @@ use glam::{DMat3, DVec3, UVec3, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Deformation, Effects, NeoHookean, PoissonRatio, Topology, World, YoungsModulus,
-        deform,
-        deform::Random,
-        effects::{Multipliers, neo_hookean::strains},
-        elastic::Elastic,
+        Body, Effects, NeoHookean, PoissonRatio, Topology, World, YoungsModulus,
+        deform::{Deformation, Random, deform},
+        effects::{Multipliers, elastic::Elastic, strains},
         measure, reference,
     },
 };

@@ -6,11 +6,14 @@ use pliant::solver::deform::Random;
 use pliant::{
     mesh::Primitive,
     solver::{
-        Deformation, Effects, RestShape, Topology, World,
-        coloring::MAX_COLORS,
-        deform, measure,
-        order::{Elements, Painting},
-        partitions::{MIN_CUT, Partitions},
+        Effects, RestShape, Topology, World,
+        deform::{Deformation, deform},
+        measure,
+        topology::{
+            coloring::MAX_COLORS,
+            order::{Elements, Painting},
+            partitions::{MIN_CUT, Partitions},
+        },
     },
 };
 use proptest::prelude::*;

@@ -16,8 +16,12 @@ use pliant::{
     simulation::{SolvePhase, SolveSchedule, plain},
     solver::{
         Bend, Body, Coefficient, Creep, Drag, Effects, FlexuralRigidity, Instructions,
-        IsometricBend, Ledger, PlasticLimit, Plasticity, Threads, World, Yield,
-        advance::StepContext, contact::collider::Swept, ledger, measure, memory::solver_bytes,
+        IsometricBend, PlasticLimit, Plasticity, Threads, World, Yield,
+        advance::StepContext,
+        contact::Swept,
+        ledger::{self, Ledger},
+        measure,
+        memory::solver_bytes,
         reference,
     },
 };

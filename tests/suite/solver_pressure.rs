@@ -14,9 +14,13 @@ use pliant::{
         state_hash,
     },
     solver::{
-        Body, BodyEffectKind, Damping, Deformation, Effects, Filling, Fraction, Ledger, Method,
-        Order, Pressure, RestShape, Stiffness, Topology, World, advance::StepContext, deform,
-        deform::Random, lanes::Instructions, ledger, measure, reference, topology::NotClosed,
+        Body, BodyEffectKind, Damping, Effects, Filling, Fraction, Instructions, Method, Order,
+        Pressure, RestShape, Stiffness, Topology, World,
+        advance::StepContext,
+        deform::{Deformation, Random, deform},
+        ledger::{self, Ledger},
+        measure, reference,
+        topology::NotClosed,
     },
 };
 

@@ -1,7 +1,11 @@
 //! A8: edges and volume are both needed; and the hard cases from which they recover a body.
 
 use crate::support::{self, body, cube, elastic, settings, stretch, with, world};
-use pliant::solver::{Deformation, Effects, RepairTime, Volume, World, deform, measure};
+use pliant::solver::{
+    Effects, RepairTime, Volume, World,
+    deform::{Deformation, deform},
+    measure,
+};
 
 /// A soft cube of 27 particles after a deformation, without gravity.
 fn deformed(effects: Effects, deformation: Deformation) -> World {

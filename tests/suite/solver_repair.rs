@@ -7,7 +7,9 @@ use glam::{UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Deformation, Effects, RepairTime, Stretch, Volume, World, deform, measure, reference,
+        Body, Effects, RepairTime, Stretch, Volume, World,
+        deform::{Deformation, deform},
+        measure, reference,
         repair::{MAX_REPAIR_TIME, MIN_COLLAPSED_VOLUME},
     },
 };

@@ -10,7 +10,7 @@ use pliant::{
     solver::{
         Bend, Body, Collide, Collider, ColliderShape, Contact, ContactThickness, Effects,
         Frequency, Friction, Ground, Pose, Restitution, SelfContact, ShapeMatching, World,
-        contact::pose::rotation, measure, reference,
+        contact::rotation, measure, reference,
     },
 };
 

@@ -13,11 +13,12 @@ use pliant::{
     mesh::Primitive,
     simulation::{SolvePhase, SolveSchedule, state_hash},
     solver::{
-        Body, Coefficient, Deformation, Effects, Fraction, Frequency, Ground, Ledger, Method,
-        Order, RegionSize, RestShape, ShapeMatching, ShapeMatchingState, SmoothingIterations,
-        Threads, VertexIndex, World, deform,
-        deform::Random,
-        effects::shape_matching::{MatchedParticle, Pass},
+        Body, Coefficient, Effects, Fraction, Frequency, Ground, Method, Order, RegionSize,
+        RestShape, ShapeMatching, ShapeMatchingState, SmoothingIterations, Threads, VertexIndex,
+        World,
+        deform::{Deformation, Random, deform},
+        effects::{MatchedParticle, MatchingPass},
+        ledger::Ledger,
         measure, reference,
         topology::Regions,
     },
@@ -40,8 +41,8 @@ fn of(effect: ShapeMatching) -> Effects {
 }
 
 /// An iteration of a substep of 0.01 s.
-fn hundredth(first: bool) -> Pass {
-    Pass {
+fn hundredth(first: bool) -> MatchingPass {
+    MatchingPass {
         h: 0.01,
         first,
         relaxation: 1.0,
@@ -488,9 +489,7 @@ fn threads_change_no_bit_of_a_body_of_several_partitions() {
 /// A body of one region has no residual after implicit Euler: an iteration solves it.
 #[test]
 fn energy_is_what_the_ledger_says() {
-    use pliant::solver::{
-        advance::StepContext, contact::collider::Swept, lanes::Instructions, ledger,
-    };
+    use pliant::solver::{Instructions, advance::StepContext, contact::Swept, ledger};
     let effect = ShapeMatching {
         damping: damping(0.01),
         ..matching(3.0, WHOLE)

@@ -7,7 +7,7 @@ use crate::support::{
 use glam::Vec3;
 use pliant::solver::{
     Body, RestShape, Stretch, Volume,
-    effects::{Multipliers, volume::volume_and_gradients},
+    effects::{Multipliers, volume_and_gradients},
     measure,
 };
 

@@ -4,8 +4,10 @@ use crate::support::{body, iterate, run, settings, stretch, with, world};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Compliance, Damping, Deformation, Effects, RestShape, Struts, deform,
-        effects::Multipliers, measure, reference,
+        Body, Compliance, Damping, Effects, RestShape, Struts,
+        deform::{Deformation, deform},
+        effects::Multipliers,
+        measure, reference,
     },
 };
 

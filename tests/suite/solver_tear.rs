@@ -7,8 +7,8 @@ use pliant::{
     solver::{
         Bend, Body, BreakingStrain, Compliance, Cut, Drag, Effects, Force, Membrane, Method,
         NeoHookean, PieceSize, PoissonRatio, RestShape, Rod, Stretch, Tear, Thickness, Topology,
-        Toughness, VertexIndex, World, YoungsModulus, order::Elements, reference,
-        topology::Dimension,
+        Toughness, VertexIndex, World, YoungsModulus, reference,
+        topology::{Dimension, order::Elements},
     },
 };
 use std::collections::BTreeSet;

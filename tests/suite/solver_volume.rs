@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use pliant::solver::{
     Body, Stiffness, Volume,
     deform::Random,
-    effects::{Multipliers, volume::volume_and_gradients},
+    effects::{Multipliers, volume_and_gradients},
     measure, reference,
     topology::volume as exact_volume,
 };

@@ -4,7 +4,10 @@
 use glam::Vec4;
 use pliant::{
     output::document::{self, Block},
-    solver::{Deformation, VertexIndex, World, deform},
+    solver::{
+        VertexIndex, World,
+        deform::{Deformation, deform},
+    },
     torture::{
         CASES, Case, EXPECTED_FAILURES, Figure, Kind, Member, Options, Outside, Run, Shape,
         SuiteRow, Watch, jobs, run, suite, table,

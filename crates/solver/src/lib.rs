@@ -55,42 +55,55 @@ pub mod effects;
 pub mod equilibrium;
 pub mod kernel;
 mod parallel;
-pub mod particles;
-pub mod quantity;
+mod particles;
+mod quantity;
 pub mod reference;
 #[cfg(feature = "bevy")]
 mod reflection;
-pub mod step;
+mod step;
 pub mod topology;
 
 pub use diagnostics::{effective, field, ledger, measure, memory, modes, resolution};
-pub use effects::{elastic, force};
-pub use kernel::lanes;
 pub use step::{
-    advance, body, emission, history, masses, method, renew, repair, rest, rolling, spin, stages,
+    advance, emission, joints, masses, renew, repair, rest, rolling, spin, stages, together,
 };
-pub use topology::{coloring, numbering, order, partitions};
 
-use kernel::fit;
-use step::{executor, phases, shared_body, substep};
+use effects::{elastic, force};
+use kernel::{fit, lanes};
+use step::{executor, history, method, phases, shared_body, substep};
+use topology::{coloring, numbering, order, partitions};
 
-pub use body::{Body, Quarantine};
 pub use contact::{
-    Collide, Collider, ColliderMesh, ColliderMeshError, ColliderShape, Contact, ContactCounts,
-    ContactForce, ContactMultiplier, Contacts, Ground, PairContact, Path, Pose, SelfContact,
-    StickyGround,
+    collide::Collide,
+    collider::Collider,
+    collider_mesh::{ColliderMesh, ColliderMeshError},
+    ground::{Ground, StickyGround},
+    multiplier::ContactMultiplier,
+    pairs::{
+        contacts::{ContactCounts, Contacts},
+        params::{Contact, SelfContact},
+        row::ContactForce,
+        sums::PairContact,
+    },
+    path::Path,
+    pose::Pose,
+    shape::ColliderShape,
 };
-pub use deform::{Deformation, deform, reset_shape};
-pub use direct::{Direct, DirectWorkspace};
-pub use effective::EffectiveCompliance;
-pub use effects::{Effects, all::*};
-pub use effects::{body_kinds::BodyEffectKind, elastic::ElasticKind, states::EffectStates};
-pub use force::{Attract, Axis, Drag, ForceKind, Stream, Turbulence, Uniform, Vortex, Wind};
+pub use direct::effect::Direct;
+pub use effects::{
+    all::*,
+    body_kinds::BodyEffectKind,
+    carried::Effects,
+    elastic_kind::ElasticKind,
+    force::{
+        attract::Attract, axis::Axis, drag::Drag, law::ForceKind, stream::Stream,
+        turbulence::Turbulence, uniform::Uniform, vortex::Vortex, wind::Wind,
+    },
+    states::EffectStates,
+};
 pub use history::History;
 pub use lanes::Instructions;
-pub use ledger::Ledger;
 pub use method::Method;
-pub use modes::Modes;
 pub use parallel::threads::{MAX_THREADS, Threads, ThreadsError, WorkEstimate, available};
 pub use particles::{MAX_COORDINATE, Particles};
 pub use quantity::{
@@ -102,8 +115,15 @@ pub use quantity::{
     RollingResistance, SectionStiffness, Seed, Slack, SmoothingIterations, Stiffness, Strain,
     Substeps, Thickness, Tolerance, Toughness, Twist, Yield, YoungsModulus,
 };
-pub use repair::Repair;
-pub use rest::SleepSettings;
-pub use step::world::World;
+pub use step::{
+    body::{Body, Quarantine},
+    world::World,
+};
 pub use substep::{Settings, Substep};
-pub use topology::{ParticleIndex, RestShape, Topology, TopologyError, TopologyId, VertexIndex};
+pub use topology::{
+    id::TopologyId,
+    index::{ParticleIndex, VertexIndex},
+    input::TopologyError,
+    precomputed::Topology,
+    rest_shape::RestShape,
+};

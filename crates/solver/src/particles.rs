@@ -1,16 +1,7 @@
-//! The state of a body: its particles. All other data of a body is constant or derived.
-//!
-//! A particle is at p + c at the start of a substep, and at p + u within it: p is a position in
-//! `f32`, u the displacement from it, and c, the carry, the rounding error of the position.
-//! Constraints thus operate on small numbers, and motion is not lost however short a substep is:
-//! for two neighbors, the difference (pᵢ − pⱼ) + (uᵢ − uⱼ) has the rounding error of a
-//! displacement, not of a position. The velocity is (u − c)/h; it is not stored.
-//!
-//! Invariant between substeps: u = c + hv is the displacement by inertia alone. The first stage
-//! adds gravity to u, constraints and contacts write u, and the third stage advances the position
-//! by it.
+//! The state of a body.
 
-use super::{Emission, History, Repair, SegmentState};
+use super::{Emission, History, SegmentState};
+use crate::repair::Repair;
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +13,18 @@ const FIRST_SUBSTEP: f32 = 1.0 / 600.0;
 pub const MAX_COORDINATE: f64 = 1e5;
 
 /// Particles as columns of 16-byte elements.
+///
+/// The state of a body: its particles. All other data of a body is constant or derived.
+///
+/// A particle is at p + c at the start of a substep, and at p + u within it: p is a position in
+/// `f32`, u the displacement from it, and c, the carry, the rounding error of the position.
+/// Constraints thus operate on small numbers, and motion is not lost however short a substep is:
+/// for two neighbors, the difference (pᵢ − pⱼ) + (uᵢ − uⱼ) has the rounding error of a
+/// displacement, not of a position. The velocity is (u − c)/h; it is not stored.
+///
+/// Invariant between substeps: u = c + hv is the displacement by inertia alone. The first stage
+/// adds gravity to u, constraints and contacts write u, and the third stage advances the position
+/// by it.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct Particles {
@@ -34,7 +37,7 @@ pub struct Particles {
     pub carry: Vec<Vec4>,
     /// Length of the substep for the displacements [s].
     h: f32,
-    /// State one substep ago, for [second-order steps](super::history).
+    /// State one substep ago, for [second-order steps](crate::History).
     pub history: History,
     /// [Repair](super::repair) state of the body.
     pub repair: Repair,
@@ -236,6 +239,13 @@ impl Particles {
         self.spins.clear();
         self.history.forget();
         self.repair = Repair::default();
+    }
+
+    /// Replaces the positions by the given ones [m], at rest.
+    pub fn restore_at_rest(&mut self, positions: &[Vec4]) {
+        self.positions.clear();
+        self.positions.extend_from_slice(positions);
+        self.settle();
     }
 
     /// Whether all particles have zero velocity, and no grain rotates.

@@ -24,19 +24,21 @@ pub struct InvalidValue {
     pub valid: &'static str,
 }
 
-/// Rejects a value that is not finite.
-///
-/// # Errors
-/// [`InvalidValue`] for NaN and ±∞.
-pub fn finite(quantity: &'static str, value: f32) -> Result<f32, InvalidValue> {
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(InvalidValue {
-            quantity,
-            value: f64::from(value),
-            valid: "a finite number",
-        })
+impl InvalidValue {
+    /// The value, unless it is not finite.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] with the name of the quantity, for NaN and ±∞.
+    pub fn unless_finite(quantity: &'static str, value: f32) -> Result<f32, Self> {
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(Self {
+                quantity,
+                value: f64::from(value),
+                valid: "a finite number",
+            })
+        }
     }
 }
 
@@ -234,7 +236,7 @@ quantity!(
 );
 quantity!(
     /// Damping as a time τ = αβ in s, see
-    /// [`multipliers`](crate::effects::multipliers).
+    /// [`Multipliers`](crate::effects::Multipliers).
     Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| 0.0 <= v && v <= 1000.0
 );
 quantity!(

@@ -12,7 +12,7 @@ use pliant_solver::{
     kernel::{
         Block, Blocks, Columns, Lanes, Projected, Vectors, difference, f32x8, iterate, scaled,
     },
-    order::Elements,
+    topology::order::Elements,
 };
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},

@@ -6,11 +6,7 @@ use crate::{
     scene::Look,
     solver::{
         Body, Density, Effects, Mass, Particles, Quarantine, Stitch, Stitches, Topology,
-        VertexIndex,
-        advance::Stage,
-        body::{INPUT, USER},
-        rest::RestTimer,
-        topology::RestValues,
+        VertexIndex, advance::Stage, rest::RestTimer, topology::RestValues,
     },
 };
 use glam::Vec4;
@@ -179,7 +175,7 @@ impl StoredBody {
 /// The name of a stage as stored in a quarantine.
 fn stage_called(name: &str) -> Option<&'static str> {
     let stages = Stage::ALL.iter().map(|stage| stage.name());
-    let mut all = stages.chain([INPUT, USER]);
+    let mut all = stages.chain([Quarantine::INPUT, Quarantine::USER]);
     all.find(|stage| *stage == name)
 }
 

@@ -34,7 +34,7 @@ use crate::{
     },
     scene::Material,
     simulation::{Action, Actions, SimulationClock, SoftBody, SolverThreads, action},
-    solver::{Deformation, Threads},
+    solver::{Threads, deform::Deformation},
 };
 
 /// Height after a squash, as a fraction of the height before.

@@ -63,7 +63,7 @@ fn meets(ray: Ray3d, shape: &ColliderShape, pose: &Pose) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::contact::pose::rotation_degrees;
+    use crate::solver::contact::rotation_degrees;
     use bevy::math::DVec3;
 
     #[test]

@@ -16,11 +16,10 @@ use crate::{
             orbit::FIELD_OF_VIEW,
             overlay::{OverlaySystems, Screen, painter},
         },
-        state::collider::shown_pose,
-        state::view::SelectedCollider,
+        state::{collider::shown_pose, view::SelectedCollider},
     },
     simulation::{Action, Actions, SimulationClock},
-    solver::{Collider, ColliderShape, Pose, contact::pose::rotation},
+    solver::{Collider, ColliderShape, Pose, contact::rotation},
 };
 use bevy::{math::DVec3, prelude::*, window::PrimaryWindow};
 use bevy_egui::{

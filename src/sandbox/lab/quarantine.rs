@@ -21,7 +21,7 @@ use crate::{
     simulation::{
         Action, Applied, BodyQuarantined, Quarantined, SimulationClock, plain::bodies_in_order,
     },
-    solver::{Quarantine, body::INPUT},
+    solver::Quarantine,
 };
 
 /// Maximum number of bodies with a row of their own; for more, only their number is shown.
@@ -73,7 +73,7 @@ impl Plugin for QuarantinePlugin {
 #[must_use]
 pub fn reason(quarantine: &Quarantine) -> String {
     let Quarantine { vertex, stage } = quarantine;
-    if *stage == INPUT {
+    if *stage == Quarantine::INPUT {
         format!("non-finite input for vertex {vertex}")
     } else {
         format!("non-finite state of vertex {vertex} after {stage}")

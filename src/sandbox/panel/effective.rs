@@ -16,7 +16,7 @@ use crate::{
     solver::{
         EffectStates, ElasticKind, Particles,
         effective::ConstraintWork,
-        elastic::{Elastic, Visit},
+        effects::elastic::{Elastic, Visit},
     },
 };
 

@@ -1,6 +1,6 @@
 //! The rigid pose of a body, as a scene file gives it: a position, and angles about x, y and z.
 
-use crate::solver::contact::pose::rotation_degrees;
+use crate::solver::contact::rotation_degrees;
 use glam::{DMat3, DQuat, DVec3, Vec3};
 
 /// Angles [°] about x, then y, then z that give a rotation: the inverse of [`rotation_degrees`].

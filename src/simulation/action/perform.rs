@@ -9,7 +9,8 @@ use crate::{
     },
     solver::{
         CollisionIterations, Grab, InvalidValue, Iterations, KeepSpin, Order, Particles, Rate,
-        SmoothingIterations, Substeps, Topology, VertexIndex, deform, reset_shape,
+        SmoothingIterations, Substeps, Topology, VertexIndex,
+        deform::{self, reset_shape},
     },
 };
 use bevy::prelude::*;
@@ -101,7 +102,7 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
         Action::Unpin { body, vertex } => change_pins(world, *body, *vertex, false),
         Action::Cut { body, cut } => tear::cut(world, *body, cut),
         Action::Deform { body, deformation } => reshape(world, *body, |particles, _| {
-            deform(particles, *deformation);
+            deform::deform(particles, *deformation);
         }),
         Action::ResetShape { body } => reshape(world, *body, reset_shape),
         Action::Restore { body } => {

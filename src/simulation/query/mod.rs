@@ -8,8 +8,7 @@ pub(crate) mod hit;
 
 use super::{Action, SoftBody};
 use crate::solver::{
-    ParticleIndex, Particles, SurfacePoint, Topology, contact::pairs::on_triangle,
-    topology::Dimension,
+    ParticleIndex, Particles, SurfacePoint, Topology, contact::on_triangle, topology::Dimension,
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 use hit::{Hit, meets_box, on_balls, on_segments, on_triangles};

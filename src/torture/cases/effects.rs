@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::solver::{
-    Damping, Deformation, Effects, FlexuralRigidity, Frequency, IsometricBend, Membrane,
-    MembraneCompliance, NeoHookean, Plasticity, Pressure, RegionSize, ShapeMatching, Stiffness,
-    StrainLimit, Struts, Tethers, Weave, Yield, YoungsModulus,
+    Damping, Effects, FlexuralRigidity, Frequency, IsometricBend, Membrane, MembraneCompliance,
+    NeoHookean, Plasticity, Pressure, RegionSize, ShapeMatching, Stiffness, StrainLimit, Struts,
+    Tethers, Weave, Yield, YoungsModulus, deform::Deformation,
 };
 
 /// Kind of deformation, by the value of the member.

@@ -1,7 +1,7 @@
 //! Single elements.
 
 use super::*;
-use crate::solver::{Deformation, deform};
+use crate::solver::deform::{Deformation, deform};
 
 /// Number of iterations within which a single element must recover.
 const MAX_ITERATIONS: f64 = 100.0;

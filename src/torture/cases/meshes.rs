@@ -1,7 +1,11 @@
 //! Defective meshes.
 
 use super::*;
-use crate::solver::{Deformation, RestShape, deform, topology::LeftOut};
+use crate::solver::{
+    RestShape,
+    deform::{Deformation, deform},
+    topology::LeftOut,
+};
 use glam::Vec3;
 
 /// Adds a vertex, the tetrahedron between it and the first face of the surface, and its edges.

@@ -18,7 +18,11 @@ use super::{
     nothing,
     watch::{ROUNDING, strains},
 };
-use crate::solver::{Body, Coefficient, Deformation, Drag, World, deform, measure};
+use crate::solver::{
+    Body, Coefficient, Drag, World,
+    deform::{Deformation, deform},
+    measure,
+};
 use glam::{Vec3, Vec4};
 
 /// All cases, in the order of the table.

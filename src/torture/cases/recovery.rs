@@ -1,7 +1,7 @@
 //! Deformed bodies that must recover their rest shape.
 
 use super::*;
-use crate::solver::Deformation;
+use crate::solver::deform::Deformation;
 use std::f64::consts::PI;
 
 const fn again(

@@ -1,7 +1,10 @@
 //! Long, short and unequal time steps; coming to rest; long runs.
 
 use super::*;
-use crate::solver::{Deformation, Ground, Rate, RollingResistance, Substeps, deform};
+use crate::solver::{
+    Ground, Rate, RollingResistance, Substeps,
+    deform::{Deformation, deform},
+};
 use glam::{DVec3, Vec3};
 
 /// Distance of the center of mass of a falling body from the symplectic Euler solution, relative to

@@ -6,11 +6,7 @@ use crate::{
     scenes::{DENSITY, GRAVITY, RATE, SUBSTEPS, Scene},
 };
 use glam::Vec3;
-use pliant::solver::{
-    Body, Compliance, Contact, ContactThickness, Density, Effects, Ground, Iterations, Rate,
-    SelfContact, Stretch, Substeps, Threads, Topology, VertexIndex, Volume, World,
-    lanes::Instructions,
-};
+use pliant::solver::{Body, Compliance, Contact, ContactThickness, Density, Effects, Ground, Iterations, Rate, SelfContact, Stretch, Substeps, Threads, Topology, VertexIndex, Volume, World, Instructions};
 use std::{fmt::Display, sync::Arc};
 
 /// Pliant.

@@ -1,7 +1,6 @@
 //! Response of a body to [colliders](super::collider).
 
 use super::{
-    ContactMultiplier,
     collider::SweptCollider,
     reference::{self, ContactDisplacement},
     response::{ContactPoint, Correction, Response},
@@ -9,7 +8,7 @@ use super::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Friction, Restitution,
+    ContactMultiplier, Friction, Restitution,
     effects::body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
     },

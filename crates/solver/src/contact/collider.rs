@@ -1,7 +1,6 @@
 //! Rigid colliders, static or moving on a given path.
 
-use super::{ColliderMesh, ColliderShape, Path, Pose};
-use crate::{InvalidValue, Settings};
+use crate::{ColliderMesh, ColliderShape, InvalidValue, Path, Pose, Settings};
 use glam::{DVec3, Vec3};
 
 /// A rigid shape that bodies with [`Collide`](crate::Collide) cannot enter. Contacts do not move it.

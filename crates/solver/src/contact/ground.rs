@@ -1,14 +1,13 @@
 //! Horizontal ground plane, in two models: Coulomb friction with restitution, and sticking.
 
 use super::{
-    ContactMultiplier,
     reference::{self, ContactDisplacement},
     response::{ContactPoint, Correction, Response},
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Friction, Height, Restitution, RollingResistance,
+    ContactMultiplier, Friction, Height, Restitution, RollingResistance,
     effects::body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
     },

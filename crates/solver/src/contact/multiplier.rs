@@ -1,16 +1,18 @@
 //! Contact impulses of rigid surfaces on a particle in the current substep.
-//!
-//! A contact pass sees a particle after the constraints of an iteration have moved it. Limiting
-//! friction to µ times the depth of that pass alone would discard the unused part of earlier
-//! passes: a rope around a cylinder would slip more with more passes. Therefore both are
-//! accumulated over the passes of a substep, and the limit applies to the accumulated values, as
-//! for any other multiplier.
 
 use crate::effects::body_effect::Resting;
 use glam::Vec3;
 
 /// Multipliers of the contact of a particle with a rigid surface, as displacements: times m/h² they
 /// are forces, and the torque of a grain is ⅖mr/h² times its one.
+///
+/// Contact impulses of rigid surfaces on a particle in the current substep.
+///
+/// A contact pass sees a particle after the constraints of an iteration have moved it. Limiting
+/// friction to µ times the depth of that pass alone would discard the unused part of earlier
+/// passes: a rope around a cylinder would slip more with more passes. Therefore both are
+/// accumulated over the passes of a substep, and the limit applies to the accumulated values, as
+/// for any other multiplier.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ContactMultiplier {
     /// Displacement by friction [m].

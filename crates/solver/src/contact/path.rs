@@ -1,7 +1,7 @@
 //! Paths of colliders, as functions of time.
 
-use super::{Pose, pose::rotation};
-use crate::quantity::{InvalidValue, finite};
+use super::pose::rotation;
+use crate::{InvalidValue, Pose};
 use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +57,7 @@ impl Path {
     /// # Errors
     /// [`InvalidValue`] with the invalid parameter.
     pub fn check(&self) -> Result<(), InvalidValue> {
-        let vector = |name, v: Vec3| finite(name, v.x + v.y + v.z).map(|_| ());
+        let vector = |name, v: Vec3| InvalidValue::unless_finite(name, v.x + v.y + v.z).map(|_| ());
         match self {
             Self::Still => Ok(()),
             Self::Oscillate { travel, period } => {
@@ -75,7 +75,7 @@ impl Path {
             Self::Line { velocity } => vector("velocity", *velocity),
             Self::Spin { axis, rate } => {
                 vector("axis", *axis)?;
-                finite("rate", *rate).map(|_| ())
+                InvalidValue::unless_finite("rate", *rate).map(|_| ())
             }
             Self::Stops { stops, .. } => {
                 let mut last = f32::NEG_INFINITY;

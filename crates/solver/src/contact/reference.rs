@@ -1,8 +1,11 @@
 //! Ground and colliders of the [reference](crate::reference), which share only their parameters
 //! with those of the fast solver.
 
-use super::{ColliderShape, collider::SweptCollider};
-use crate::effects::body_effect::{ReferenceParticles, ReferencePass};
+use super::collider::SweptCollider;
+use crate::{
+    ColliderShape,
+    effects::body_effect::{ReferenceParticles, ReferencePass},
+};
 use glam::DVec3;
 
 /// The same as in the fast solver.

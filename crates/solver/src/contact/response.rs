@@ -1,7 +1,6 @@
 //! Response of a rigid surface to a particle that touches it.
 
-use super::ContactMultiplier;
-use crate::{Friction, Restitution, effects::body_effect::BodyPass};
+use crate::{ContactMultiplier, Friction, Restitution, effects::body_effect::BodyPass};
 use glam::{DVec3, Vec3, Vec4};
 
 /// Contact response of a surface.

@@ -1,8 +1,10 @@
 //! Collider shapes in their local frame, and where a moving ball leaves them. Particles are balls
 //! of radius 0, unless they are grains.
 
-use super::ColliderMesh;
-use crate::quantity::{InvalidValue, Length};
+use crate::{
+    ColliderMesh,
+    quantity::{InvalidValue, Length},
+};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +30,7 @@ pub enum ColliderShape {
         length: f32,
     },
     /// Triangles, closed or open. Bodies touch it from both sides, with their vertices, edges and
-    /// triangles, and do not cross it (see [`pairs`](super::pairs)). The other functions of this
+    /// triangles, and do not cross it (see [`contact`](super)). The other functions of this
     /// type are those of a point without extent, which does not touch it.
     Mesh(ColliderMesh),
 }

@@ -3,11 +3,14 @@
 
 pub use crate::kernel::sum::SquareSum;
 
-use crate::kernel::geometry::volume_and_gradients;
 use crate::{
     BodyEffectKind, EffectStates, Effects, Particles, Topology,
-    effects::{body_effect::Store, body_effect::spring_energy, body_kinds::BodyEffectStates},
+    effects::{
+        body_effect::{Store, spring_energy},
+        body_kinds::BodyEffectStates,
+    },
     elastic::{Elastic, Visit},
+    kernel::geometry::volume_and_gradients,
 };
 use glam::{DVec3, Vec3, Vec4};
 

@@ -38,6 +38,7 @@
 mod assemble;
 mod choice;
 mod column;
+pub(crate) mod effect;
 pub(super) mod matrix;
 mod merit;
 pub(super) mod plan;
@@ -45,68 +46,19 @@ mod tension;
 
 use super::elastic::Elastic as _;
 use super::{
-    Effects, ElasticKind, Method, Tolerance, Topology, TopologyId, effects::Multipliers,
+    Effects, ElasticKind, Method, Topology, TopologyId, effects::Multipliers,
     effects::kinds::iterate_kind, lanes::Instructions, particles::Part,
 };
-#[cfg(feature = "bevy")]
-use crate::reflection::*;
 use assemble::{Assemble, Positions};
 use column::{Column, Columns, Links, Prepare};
 use glam::{DVec3, Vec4};
 use matrix::{Matrix, add_unit};
 use merit::{ForeseenMerit, Merit};
 use plan::{Plan, TooLarge};
-use serde::{Deserialize, Serialize};
 use std::fmt;
 use tension::Tensions;
 
 pub use choice::Choice;
-
-/// Solves the body directly instead of by Gauss–Seidel.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Component, Reflect),
-    reflect(Component, Clone, Debug, Default, PartialEq, Serialize, Deserialize),
-    type_path = "pliant::effect"
-)]
-pub struct Direct {
-    /// Relative excess of the displacement under a load that Gauss–Seidel may leave, as it is expected
-    /// by a cost model ([`Choice`]). Gauss–Seidel is used instead of the direct solver where it is
-    /// expected to stay within it, where it would reach it with more substeps in less time than a tick
-    /// takes directly, and where the body cannot be solved directly. Default 0: always directly.
-    pub tolerance: Tolerance,
-    /// Whether Gauss–Seidel was chosen for this tick, with a tolerance. Derived at the start of every
-    /// tick: see [`DirectWorkspace::choose`].
-    #[serde(skip)]
-    #[cfg_attr(feature = "bevy", reflect(ignore))]
-    pub yields: bool,
-}
-
-impl Direct {
-    /// Without a tolerance.
-    pub const ALWAYS: Self = Self {
-        tolerance: Tolerance::of(0.0),
-        yields: false,
-    };
-
-    /// With a tolerance.
-    #[must_use]
-    pub const fn with_tolerance(tolerance: Tolerance) -> Self {
-        Self {
-            tolerance,
-            yields: false,
-        }
-    }
-}
-
-/// What is derived does not take part in comparisons.
-impl PartialEq for Direct {
-    fn eq(&self, other: &Self) -> bool {
-        self.tolerance == other.tolerance
-    }
-}
 
 /// Maximum number of multiplications of a factorization: about 12 ms on a cloud AMD EPYC.
 pub const MAX_WORK: u64 = 100_000_000;

@@ -1,22 +1,11 @@
-//! Bend: C = θ − θ₀ [rad] on every hinge, with θ the angle between the normals of its two
-//! triangles.
-//!
-//! λ/h² is the moment about the edge of the hinge in N·m. A hinge of flexural rigidity B [N·m] has
-//! the stiffness B e²/(A₀ + A₁) [N·m], with the length e of the edge and the areas of its triangles
-//! at rest. This is the discrete shell of Grinspun and others (2003) with the factor for which a
-//! developable sheet stores ½Bκ² per area: exact where edges run along and across the bend, and
-//! exact on average over its directions on a mesh of equilateral triangles.
-//!
-//! The angle is computed with `atan2`, so that its sign tells the side of the fold; the gradient is
-//! that of Bridson, Marino and Fedkiw (2003). The difference to the rest angle is wrapped to the
-//! shorter way around: it does not jump when a fold passes ±π, only when it is π away from rest.
+//! Bend.
 
-use crate::kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, FlexuralRigidity, Topology,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    Damping, ElasticKind, FlexuralRigidity, Topology,
+    elastic::{Elastic, Point, Row},
+    kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference, dot, solve_rows},
     lanes::{Columns, Lanes, Vectors, arc_tangent},
     order::Elements,
     topology::{
@@ -30,6 +19,19 @@ use serde::{Deserialize, Serialize};
 use std::f32::consts::{PI, TAU};
 
 /// Hinges resist changes of their angle.
+///
+/// Bend: C = θ − θ₀ [rad] on every hinge, with θ the angle between the normals of its two
+/// triangles.
+///
+/// λ/h² is the moment about the edge of the hinge in N·m. A hinge of flexural rigidity B [N·m] has
+/// the stiffness B e²/(A₀ + A₁) [N·m], with the length e of the edge and the areas of its triangles
+/// at rest. This is the discrete shell of Grinspun and others (2003) with the factor for which a
+/// developable sheet stores ½Bκ² per area: exact where edges run along and across the bend, and
+/// exact on average over its directions on a mesh of equilateral triangles.
+///
+/// The angle is computed with `atan2`, so that its sign tells the side of the fold; the gradient is
+/// that of Bridson, Marino and Fedkiw (2003). The difference to the rest angle is wrapped to the
+/// shorter way around: it does not jump when a fold passes ±π, only when it is π away from rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -42,7 +44,7 @@ pub struct Bend {
     /// Flexural rigidity B [N·m], Et³/(12(1 − ν²)) for a sheet of thickness t, independent of the
     /// mesh resolution; default 1e-3, like some felt.
     pub stiffness: FlexuralRigidity,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
 }
 

@@ -3,14 +3,13 @@
 #![allow(unsafe_code, reason = "states are handed out to threads")]
 
 use super::{
-    Effects,
     body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, Store, WorkOf,
     },
     stitches::{Stitches, Stitching},
 };
 use crate::{
-    Topology,
+    Effects, Topology,
     kernel::sum::SquareSum,
     particles::{Part, Particles},
     partitions::Piece,

@@ -1,12 +1,4 @@
-//! Emitter: grains flow out of a round opening.
-//!
-//! After n ticks at f ticks per second, ⌊n·rate/f⌋ grains were due, exactly. A grain leaves where it
-//! touches no other grain of the body; while there is no such place, or the body is full, it waits,
-//! and later ones with it. A grain that is due within a tick has moved on from the opening by its end,
-//! as in free fall.
-//!
-//! Position, direction and radius of a grain depend on its number and the seed alone, unless it
-//! waited.
+//! Emitter.
 
 use super::sink::Sink;
 #[cfg(feature = "bevy")]
@@ -21,6 +13,16 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Source of grains.
+///
+/// Emitter: grains flow out of a round opening.
+///
+/// After n ticks at f ticks per second, ⌊n·rate/f⌋ grains were due, exactly. A grain leaves where it
+/// touches no other grain of the body; while there is no such place, or the body is full, it waits,
+/// and later ones with it. A grain that is due within a tick has moved on from the opening by its end,
+/// as in free fall.
+///
+/// Position, direction and radius of a grain depend on its number and the seed alone, unless it
+/// waited.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

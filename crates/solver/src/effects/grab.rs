@@ -1,11 +1,4 @@
-//! Grab: a compliant spring from a point of a body to a target, active while dragging.
-//!
-//! C = ‖a − t‖ [m] with a = Σ bᵢxᵢ a weighted point of the body, so ∇ᵢC = bᵢ n. The force is
-//! limited, so that fast motion of the target cannot overpower the constraints of the body.
-//!
-//! A grab of a patch has the same equation with a mean over all particles within a radius, so that
-//! they move together. A grab of pins is no spring: it moves pins that are connected, by the
-//! displacement of its target in each substep.
+//! Grab.
 
 mod patch;
 
@@ -201,6 +194,15 @@ pub struct Glide {
 
 /// A grab of a body. Serialized without [`hold`](Self::hold) and [`glide`](Self::glide), as in the
 /// first versions of the formats.
+///
+/// Grab: a compliant spring from a point of a body to a target, active while dragging.
+///
+/// C = ‖a − t‖ [m] with a = Σ bᵢxᵢ a weighted point of the body, so ∇ᵢC = bᵢ n. The force is
+/// limited, so that fast motion of the target cannot overpower the constraints of the body.
+///
+/// A grab of a patch has the same equation with a mean over all particles within a radius, so that
+/// they move together. A grab of pins is no spring: it moves pins that are connected, by the
+/// displacement of its target in each substep.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(
     feature = "bevy",
@@ -218,7 +220,7 @@ pub struct Grab {
     pub from: Vec3,
     /// Compliance of the spring [m/N].
     pub compliance: Compliance,
-    /// Damping τ [s], see [`multipliers`](super::multipliers).
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers).
     pub damping: Damping,
     /// Maximum force of the spring [N].
     pub max_force: Force,

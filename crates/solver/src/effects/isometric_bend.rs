@@ -1,20 +1,11 @@
-//! Isometric bend: C = ‖Σ kᵢxᵢ‖ − C₀ [m] on every hinge, with cotangent weights kᵢ.
-//!
-//! Where a sheet hardly stretches, its bending energy is quadratic in positions (Bergou, Wardetzky,
-//! Harmon, Zorin and Grinspun, *A Quadratic Bending Model for Inextensible Surfaces*, 2006): the
-//! weights are constants of the rest shape and no angle is computed. A hinge costs three quarters
-//! of one of [bend](super::bend) (2.6 ms versus 3.5 ms per tick on a cloth of 40² cells with 20
-//! substeps, one thread of a Xeon with AVX2). For a small fold θ over an edge e, C is eθ and the
-//! compliance is (A₀ + A₁)/B, so that both effects have the same stiffness there. It is softer in a
-//! sharp fold, where C is 2e sin(θ/2), and does not distinguish the two sides of a fold: a surface
-//! that is not flat at rest may snap through.
+//! Isometric bend.
 
-use crate::kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, FlexuralRigidity, Topology,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    Damping, ElasticKind, FlexuralRigidity, Topology,
+    elastic::{Elastic, Point, Row},
+    kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows},
     lanes::{Columns, Lanes, Vectors},
     order::Elements,
     topology::{Hinges, hinges::Cotangents},
@@ -24,6 +15,17 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// Hinges resist bending by a quadratic energy, for cloth that hardly stretches.
+///
+/// Isometric bend: C = ‖Σ kᵢxᵢ‖ − C₀ [m] on every hinge, with cotangent weights kᵢ.
+///
+/// Where a sheet hardly stretches, its bending energy is quadratic in positions (Bergou, Wardetzky,
+/// Harmon, Zorin and Grinspun, *A Quadratic Bending Model for Inextensible Surfaces*, 2006): the
+/// weights are constants of the rest shape and no angle is computed. A hinge costs three quarters
+/// of one of [bend](crate::Bend) (2.6 ms versus 3.5 ms per tick on a cloth of 40² cells with 20
+/// substeps, one thread of a Xeon with AVX2). For a small fold θ over an edge e, C is eθ and the
+/// compliance is (A₀ + A₁)/B, so that both effects have the same stiffness there. It is softer in a
+/// sharp fold, where C is 2e sin(θ/2), and does not distinguish the two sides of a fold: a surface
+/// that is not flat at rest may snap through.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -35,7 +37,7 @@ use serde::{Deserialize, Serialize};
 pub struct IsometricBend {
     /// Flexural rigidity B [N·m], as of [`Bend`](super::bend::Bend); default 1e-3.
     pub stiffness: FlexuralRigidity,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
 }
 

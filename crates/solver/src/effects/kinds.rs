@@ -1,10 +1,10 @@
 //! Maps kinds of elastic effects to their types.
 
 use super::{
-    Effects, Multipliers,
-    elastic::{self, Elastic, ElasticKind, Visit},
+    Multipliers,
+    elastic::{self, Elastic, Visit},
 };
-use crate::{particles::Part, quantity::Damping, topology::Topology};
+use crate::{Effects, ElasticKind, Topology, particles::Part, quantity::Damping};
 
 /// Generates the code for elastic effects.
 macro_rules! of_elastic_effects {

@@ -1,25 +1,11 @@
-//! Membrane: isotropic resistance of triangles to in-plane strain.
-//!
-//! The strain is Green's, ε = ½(FᵀF − 1) with the deformation gradient F of a linear triangle,
-//! which is invariant under rotation. In plane stress a sheet of thickness t, Young's modulus E and
-//! Poisson's ratio ν stores, for a rest area A,
-//!
-//! ½ A t [E/(2(1 − ν)) s² + E/(2(1 + ν)) (d² + γ²)],
-//!
-//! with s = ε₁₁ + ε₂₂, d = ε₁₁ − ε₂₂ and γ = 2ε₁₂. These three are the equations of an element,
-//! with the compliances 2(1 − ν)/(EtA) and twice 2(1 + ν)/(EtA). (This is the Saint
-//! Venant–Kirchhoff material: accurate in E and ν at small strains, stiffer under large tension,
-//! softer under compression.) λ/h² is an energy in N·m.
-//!
-//! FᵀF is compared with its rest value as the kernel computes it, so that a body in its rest shape
-//! does not move at all.
+//! Membrane.
 
-use crate::kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, PoissonRatio, Thickness, Topology, YoungsModulus,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    Damping, ElasticKind, PoissonRatio, Thickness, Topology, YoungsModulus,
+    elastic::{Elastic, Point, Row},
+    kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows},
     lanes::{Columns, Lanes, Vectors, WIDTH},
     order::Elements,
     topology::Facets,
@@ -29,6 +15,22 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Isotropic resistance of the surface triangles to strain.
+///
+/// Membrane: isotropic resistance of triangles to in-plane strain.
+///
+/// The strain is Green's, ε = ½(FᵀF − 1) with the deformation gradient F of a linear triangle,
+/// which is invariant under rotation. In plane stress a sheet of thickness t, Young's modulus E and
+/// Poisson's ratio ν stores, for a rest area A,
+///
+/// ½ A t [E/(2(1 − ν)) s² + E/(2(1 + ν)) (d² + γ²)],
+///
+/// with s = ε₁₁ + ε₂₂, d = ε₁₁ − ε₂₂ and γ = 2ε₁₂. These three are the equations of an element,
+/// with the compliances 2(1 − ν)/(EtA) and twice 2(1 + ν)/(EtA). (This is the Saint
+/// Venant–Kirchhoff material: accurate in E and ν at small strains, stiffer under large tension,
+/// softer under compression.) λ/h² is an energy in N·m.
+///
+/// FᵀF is compared with its rest value as the kernel computes it, so that a body in its rest shape
+/// does not move at all.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -44,7 +46,7 @@ pub struct Membrane {
     pub poisson_ratio: PoissonRatio,
     /// Thickness t [m]; default 1e-3. It does not affect the mass.
     pub thickness: Thickness,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
 }
 

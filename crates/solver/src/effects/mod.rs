@@ -3,38 +3,39 @@
 //! [`effects!`](crate::effects) is the only list of effects. It passes the list to a macro, which
 //! generates what is needed per effect.
 
-pub mod bend;
+pub(crate) mod bend;
 pub(crate) mod body_effect;
-pub mod body_emitter;
-pub mod body_kinds;
+pub(crate) mod body_emitter;
+pub(crate) mod body_kinds;
+pub(crate) mod carried;
 pub mod elastic;
-pub mod emitter;
+pub(crate) mod elastic_kind;
+pub(crate) mod emitter;
 pub mod force;
-pub mod grab;
-pub mod grains;
-pub mod isometric_bend;
-pub mod kinds;
-pub mod membrane;
-pub mod multipliers;
-pub mod neo_hookean;
-pub mod plasticity;
-pub mod pressure;
-pub mod rod;
-pub mod shape_matching;
-pub mod sink;
-pub mod states;
-pub mod stitches;
-pub mod strain_limit;
-pub mod stretch;
-pub mod struts;
-pub mod tear;
-pub mod tethers;
-pub mod volume;
-pub mod weave;
+pub(crate) mod grab;
+pub(crate) mod grains;
+pub(crate) mod isometric_bend;
+pub(crate) mod kinds;
+pub(crate) mod membrane;
+pub(crate) mod multipliers;
+pub(crate) mod neo_hookean;
+pub(crate) mod plasticity;
+pub(crate) mod pressure;
+pub(crate) mod rod;
+pub(crate) mod shape_matching;
+pub(crate) mod sink;
+pub(crate) mod states;
+pub(crate) mod stitches;
+pub(crate) mod strain_limit;
+pub(crate) mod stretch;
+pub(crate) mod struts;
+pub(crate) mod tear;
+pub(crate) mod tethers;
+pub(crate) mod volume;
+pub(crate) mod weave;
 
-/// The types of effects under their own names; those of forces and of contacts are in [`force`] and
-/// [`contact`](crate::contact).
-pub mod all {
+/// The types of effects under their own names; those of forces and of contacts are in `force` and `contact`.
+pub(crate) mod all {
     pub use super::{
         bend::Bend,
         body_emitter::BodyEmitter,
@@ -45,7 +46,7 @@ pub mod all {
         membrane::Membrane,
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
-        pressure::Pressure,
+        pressure::{Pressure, PressureState},
         rod::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodShape, RodState, SegmentState},
         shape_matching::{ShapeMatching, ShapeMatchingState},
         sink::Sink,
@@ -60,11 +61,11 @@ pub mod all {
     };
 }
 
+pub use crate::kernel::geometry::volume_and_gradients;
 pub use body_effect::BodyPhase;
 pub use multipliers::Multipliers;
-
-use crate::{ElasticKind, Ground, Method, ShapeMatching, Topology, WorkEstimate};
-use serde::{Deserialize, Serialize};
+pub use neo_hookean::strains;
+pub use shape_matching::{MatchedParticle, MatchingPass};
 
 /// The table of effects, in the order in which they act. Calls the given macro with all of them, in
 /// groups, each with its type, its name in files, for elastic effects the numbers of particles and
@@ -141,94 +142,4 @@ macro_rules! effects {
             }
         }
     };
-}
-
-macro_rules! carried_by_a_body {
-    (
-        { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
-        $stitches:ident $stitched:ident
-        { $($second:ident { $($kind2:ident $field2:ident $does2:literal;)* })* }
-        $grab:ident $grabbed:ident
-        { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
-    ) => {
-        /// The effects of a body; absent effects cost nothing.
-        #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-        pub struct Effects {
-            $($(#[doc = $does1] pub $field1: Option<crate::$kind1>,)*)*
-            $($(#[doc = $does2] pub $field2: Option<crate::$kind2>,)*)*
-            /// Grab of the body by a spring.
-            pub $grabbed: Option<crate::$grab>,
-            $($(#[doc = $does3] pub $field3: Option<crate::$kind3>,)*)*
-        }
-    };
-}
-
-effects!(carried_by_a_body);
-
-impl Effects {
-    /// Whether it is present, and iterations of this method project its constraints.
-    #[must_use]
-    pub fn iterates(&self, kind: ElasticKind, method: Method) -> bool {
-        self.has(kind) && !(self.is_direct(method) && kind.is_solved_directly())
-    }
-
-    /// Whether the body is solved directly in a world of this method: not where it carries
-    /// [`Direct`](crate::Direct) with a tolerance that Gauss–Seidel meets.
-    #[must_use]
-    pub fn is_direct(&self, method: Method) -> bool {
-        self.direct.is_some_and(|direct| !direct.yields) && method.has_direct()
-    }
-
-    /// The ground, if it has rolling resistance.
-    pub(crate) fn rolling_ground(&self) -> Option<Ground> {
-        self.ground
-            .filter(|ground| ground.rolling_resistance.get() > 0.0)
-    }
-
-    /// Whether the body has contact with other bodies or itself.
-    #[must_use]
-    pub fn can_touch(&self) -> bool {
-        self.contact.is_some() || self.self_contact.is_some()
-    }
-
-    /// Whether the body is rigid where it touches others, the ground and colliders: with contact,
-    /// and with shape matching of its whole shape at the frequency ∞.
-    #[must_use]
-    pub fn is_rigid(&self) -> bool {
-        let is_whole = |it: ShapeMatching| {
-            it.frequency.get() == f32::INFINITY && it.region.get() == f32::INFINITY
-        };
-        self.contact.is_some() && self.shape_matching.is_some_and(is_whole)
-    }
-
-    /// Whether the surface of the body touches other surfaces, in a world with or without colliders
-    /// that are meshes.
-    #[must_use]
-    pub fn touches_surfaces(&self, has_meshes: bool) -> bool {
-        self.can_touch() || has_meshes && self.collide.is_some()
-    }
-
-    /// Number of constraints of a body with these effects; pressure counts as one, and so do all
-    /// regions of shape matching together.
-    #[must_use]
-    pub fn constraints(&self, topology: &Topology) -> usize {
-        self.elements(topology) + self.body_constraints(topology)
-    }
-
-    /// Number of elements of its elastic effects.
-    fn elements(&self, topology: &Topology) -> usize {
-        let carried = ElasticKind::ALL.into_iter().filter(|&kind| self.has(kind));
-        carried.map(|kind| kind.elements(topology)).sum()
-    }
-
-    /// Work estimate of a number of iterations: pressure counts its triangles, shape matching its
-    /// particles, other effects their constraints.
-    #[must_use]
-    pub fn load(&self, topology: &Topology, iterations: usize) -> WorkEstimate {
-        let pass = self.elements(topology) + self.body_load(topology);
-        WorkEstimate {
-            projections: pass * iterations,
-            pieces: topology.partitions.count(),
-        }
-    }
 }

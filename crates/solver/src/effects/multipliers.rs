@@ -1,25 +1,27 @@
 //! Multipliers of constraints that are solved by XPBD.
-//!
-//! For a constraint C with compliance α, its multiplier λ changes by (Macklin, Müller and
-//! Chentanez, *XPBD*, 2016, equation 26)
-//!
-//! Δλ = −(C + α̃λ + γ ∇C·(x − p)) / ((1 + γ) Σ w‖∇C‖² + α̃), with α̃ = α/h²,
-//!
-//! and each particle moves by w Δλ ∇C. λ/h² is the force along ∇C in N.
-//!
-//! **Damping.** The paper has γ = α̃β̃/h = αβ/h, with a damping coefficient β per constraint. Here
-//! the parameter is τ = αβ, a time in s, so γ = τ/h: a body of compliance α then has the viscosity
-//! β = τ/α everywhere, independent of the size of its elements. A strain that nothing else
-//! maintains decays like e^(−t/τ). With α = 0 the same γ is kept: the violation of a rigid
-//! constraint decays over the time τ instead of at once.
-//!
-//! **Multipliers.** λ is needed from one iteration to the next, and for measuring forces and
-//! residuals. With one iteration per substep it is zero where it would be read, so it is neither
-//! read nor, unless requested, written: see [`Multipliers`].
 
 use std::ops::Range;
 
 /// What an iteration does with the multipliers λ of its constraints.
+///
+/// Multipliers of constraints that are solved by XPBD.
+///
+/// For a constraint C with compliance α, its multiplier λ changes by (Macklin, Müller and
+/// Chentanez, *XPBD*, 2016, equation 26)
+///
+/// Δλ = −(C + α̃λ + γ ∇C·(x − p)) / ((1 + γ) Σ w‖∇C‖² + α̃), with α̃ = α/h²,
+///
+/// and each particle moves by w Δλ ∇C. λ/h² is the force along ∇C in N.
+///
+/// **Damping.** The paper has γ = α̃β̃/h = αβ/h, with a damping coefficient β per constraint. Here
+/// the parameter is τ = αβ, a time in s, so γ = τ/h: a body of compliance α then has the viscosity
+/// β = τ/α everywhere, independent of the size of its elements. A strain that nothing else
+/// maintains decays like e^(−t/τ). With α = 0 the same γ is kept: the violation of a rigid
+/// constraint decays over the time τ instead of at once.
+///
+/// **Multipliers.** λ is needed from one iteration to the next, and for measuring forces and
+/// residuals. With one iteration per substep it is zero where it would be read, so it is neither
+/// read nor, unless requested, written: see [`Multipliers`].
 #[derive(Debug)]
 pub enum Multipliers<'a> {
     /// The only iteration of a substep, and λ is not needed afterwards.

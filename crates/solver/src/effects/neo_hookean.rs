@@ -1,40 +1,11 @@
-//! Neo-Hookean elasticity: two coupled equations on every tetrahedron, with the material's E and ν.
-//!
-//! The energy per volume at rest is the one of Macklin and Müller (*A constraint-based formulation
-//! of stable neo-Hookean materials*, 2021), after Smith, de Goes and Kim (2018),
-//!
-//! ½µ(tr FᵀF − 3) + ½λ′(det F − 1 − µ/λ′)², λ′ = λ + µ,
-//!
-//! minus its value at rest. λ′ is chosen to reproduce E and ν at small strains. Neither of their
-//! two constraints, √(tr FᵀF) and det F − 1 − µ/λ′, is 0 at rest: two large forces cancel there, to
-//! within rounding, and α → 0 crushes an element. The same energy is ½µD² + ½λH² with
-//!
-//! D² = tr FᵀF + J² − 4J, H = J − 1, J = det F,
-//!
-//! both 0 at rest. D² is never negative, by the inequality of arithmetic and geometric means of the
-//! squares of F's stretches and of J. D, the strain, is like the length of a spring of zero rest
-//! length: it has no gradient at rest. Kernels compute D² from Green's strain G = ½(FᵀF − 1) as 2H²
-//! − 4I₂(G) − 8 det G, which, unlike the above, avoids cancellation at small strains for any
-//! rotation of the element.
-//!
-//! With the rest volume V₀, D has the compliance 1/(µV₀) and H has 1/(λV₀), in 1/J.
-//!
-//! **Collapsed elements.** With this energy an element of size zero is stress-free as well, and
-//! stays so below about a tenth of its length. Therefore, where tr FᵀF < 1, which means compression
-//! to below 58 % on average along all three axes, D² has (1 − tr FᵀF)² added, and the energy
-//! decreases monotonically from a point to rest. (Smith and others use a logarithm.) As for
-//! [volume](super::volume), ∇H is that of the rest shape where an element has none.
-//!
-//! **Folded bodies.** Below half of its volume, H of an element is constant at −½, and only D
-//! drives the element. Otherwise the elements of a scrambled body would recover their volumes
-//! before their shapes, wound around an edge twice, and remain so.
+//! Neo-Hookean elasticity.
 
-use crate::kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, PoissonRatio, Topology, YoungsModulus,
-    elastic::{Curvature, Elastic, ElasticKind, Point, Row},
+    Damping, ElasticKind, PoissonRatio, Topology, YoungsModulus,
+    elastic::{Curvature, Elastic, Point, Row},
+    kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference, dot, solve_rows},
     lanes::{Columns, Lanes, Vectors},
     order::Elements,
     topology::{Frames, Tetrahedra},
@@ -44,6 +15,37 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// Tetrahedra resist changes of shape and volume like rubber.
+///
+/// Neo-Hookean elasticity: two coupled equations on every tetrahedron, with the material's E and ν.
+///
+/// The energy per volume at rest is the one of Macklin and Müller (*A constraint-based formulation
+/// of stable neo-Hookean materials*, 2021), after Smith, de Goes and Kim (2018),
+///
+/// ½µ(tr FᵀF − 3) + ½λ′(det F − 1 − µ/λ′)², λ′ = λ + µ,
+///
+/// minus its value at rest. λ′ is chosen to reproduce E and ν at small strains. Neither of their
+/// two constraints, √(tr FᵀF) and det F − 1 − µ/λ′, is 0 at rest: two large forces cancel there, to
+/// within rounding, and α → 0 crushes an element. The same energy is ½µD² + ½λH² with
+///
+/// D² = tr FᵀF + J² − 4J, H = J − 1, J = det F,
+///
+/// both 0 at rest. D² is never negative, by the inequality of arithmetic and geometric means of the
+/// squares of F's stretches and of J. D, the strain, is like the length of a spring of zero rest
+/// length: it has no gradient at rest. Kernels compute D² from Green's strain G = ½(FᵀF − 1) as 2H²
+/// − 4I₂(G) − 8 det G, which, unlike the above, avoids cancellation at small strains for any
+/// rotation of the element.
+///
+/// With the rest volume V₀, D has the compliance 1/(µV₀) and H has 1/(λV₀), in 1/J.
+///
+/// **Collapsed elements.** With this energy an element of size zero is stress-free as well, and
+/// stays so below about a tenth of its length. Therefore, where tr FᵀF < 1, which means compression
+/// to below 58 % on average along all three axes, D² has (1 − tr FᵀF)² added, and the energy
+/// decreases monotonically from a point to rest. (Smith and others use a logarithm.) As for
+/// [volume](crate::Volume), ∇H is that of the rest shape where an element has none.
+///
+/// **Folded bodies.** Below half of its volume, H of an element is constant at −½, and only D
+/// drives the element. Otherwise the elements of a scrambled body would recover their volumes
+/// before their shapes, wound around an edge twice, and remain so.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -58,7 +60,7 @@ pub struct NeoHookean {
     pub youngs_modulus: YoungsModulus,
     /// Poisson's ratio ν; default 0.3.
     pub poisson_ratio: PoissonRatio,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
 }
 
@@ -86,7 +88,7 @@ impl NeoHookean {
 }
 
 /// Below this fraction of |V₀|^(−2/3), the mean squared gradient of H is too small to divide by, as
-/// for [volume](super::volume).
+/// for [volume](crate::Volume).
 const FLOOR: f32 = 0.01;
 
 /// Below this fraction of that lower bound, the gradients have no direction.

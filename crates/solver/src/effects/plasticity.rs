@@ -1,23 +1,4 @@
-//! Plasticity: strain beyond a yield strain becomes permanent.
-//!
-//! The rest value R of an edge, hinge or tetrahedron follows its current value V where they differ
-//! by more than the yield strain y times its size S,
-//!
-//! dR/dt = c sign(V − R) (|V − R| − yS), c the creep rate in 1/s,
-//!
-//! which is Bingham's law: elastic below y, bitwise; above it, the flow rate is proportional to the
-//! excess strain. S is the rest length of an edge and the rest volume of a tetrahedron, before any
-//! flow, so that strains are ratios. For a hinge it is (A₀ + A₁)/e, which converts an angle to a
-//! curvature in 1/m: that of the sheet, independent of the mesh resolution.
-//!
-//! After each substep the equation is solved exactly for a constant V, by the factor 1 − e^(−ch),
-//! so that a constant strain relaxes by the same law for any substep. Where c is so small that a
-//! substep would change less than a 256th of the pending flow, several substeps are combined: rest
-//! values are `f32`, and many steps below their rounding would add up to nothing.
-//!
-//! Compliances per rest length or rest volume use the flowed values. Energy only decreases: flow is
-//! towards lower stored energy. Rigid constraints have no strain except the residual of the
-//! iterations.
+//! Plasticity.
 
 use super::{Multipliers, bend::wrapped};
 #[cfg(feature = "bevy")]
@@ -40,6 +21,27 @@ use std::{f32::consts::PI, sync::Arc};
 
 /// Strain beyond a yield strain becomes permanent: of edges, bends and tetrahedra, each where the
 /// body resists the change.
+///
+/// Plasticity: strain beyond a yield strain becomes permanent.
+///
+/// The rest value R of an edge, hinge or tetrahedron follows its current value V where they differ
+/// by more than the yield strain y times its size S,
+///
+/// dR/dt = c sign(V − R) (|V − R| − yS), c the creep rate in 1/s,
+///
+/// which is Bingham's law: elastic below y, bitwise; above it, the flow rate is proportional to the
+/// excess strain. S is the rest length of an edge and the rest volume of a tetrahedron, before any
+/// flow, so that strains are ratios. For a hinge it is (A₀ + A₁)/e, which converts an angle to a
+/// curvature in 1/m: that of the sheet, independent of the mesh resolution.
+///
+/// After each substep the equation is solved exactly for a constant V, by the factor 1 − e^(−ch),
+/// so that a constant strain relaxes by the same law for any substep. Where c is so small that a
+/// substep would change less than a 256th of the pending flow, several substeps are combined: rest
+/// values are `f32`, and many steps below their rounding would add up to nothing.
+///
+/// Compliances per rest length or rest volume use the flowed values. Energy only decreases: flow is
+/// towards lower stored energy. Rigid constraints have no strain except the residual of the
+/// iterations.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

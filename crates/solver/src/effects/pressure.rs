@@ -1,15 +1,4 @@
-//! Pressure: the filling of a closed surface exerts the overpressure p = K (fV₀/V − 1) [Pa], with
-//! the bulk modulus K of the filling and its free volume fV₀.
-//!
-//! The law covers gases and liquids. An isothermal gas has pV = nRT with its absolute pressure; in
-//! an atmosphere of p₀ its overpressure is nRT/V − p₀, which is the law above with K = p₀ and
-//! nRT = p₀ fV₀. For a liquid, K is far above any pressure, and V stays near fV₀; with K = ∞ it is
-//! fV₀.
-//!
-//! It is a single constraint over the whole surface: λ/h² is the overpressure in Pa, and every
-//! particle moves by w ∇V λ. An implicit substep requires λ = h²p(V + Σw‖∇V‖² Δλ), a quadratic
-//! equation for Δλ that is solved exactly: the target volume is always above 0, so that a gas
-//! cannot be compressed through zero. With K → ∞ it is XPBD's Δλ = (fV₀ − V)/Σw‖∇V‖².
+//! Pressure.
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass, Store};
 #[cfg(feature = "bevy")]
@@ -25,6 +14,19 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// Gas or liquid inside a closed surface.
+///
+/// Pressure: the filling of a closed surface exerts the overpressure p = K (fV₀/V − 1) [Pa], with
+/// the bulk modulus K of the filling and its free volume fV₀.
+///
+/// The law covers gases and liquids. An isothermal gas has pV = nRT with its absolute pressure; in
+/// an atmosphere of p₀ its overpressure is nRT/V − p₀, which is the law above with K = p₀ and
+/// nRT = p₀ fV₀. For a liquid, K is far above any pressure, and V stays near fV₀; with K = ∞ it is
+/// fV₀.
+///
+/// It is a single constraint over the whole surface: λ/h² is the overpressure in Pa, and every
+/// particle moves by w ∇V λ. An implicit substep requires λ = h²p(V + Σw‖∇V‖² Δλ), a quadratic
+/// equation for Δλ that is solved exactly: the target volume is always above 0, so that a gas
+/// cannot be compressed through zero. With K → ∞ it is XPBD's Δλ = (fV₀ − V)/Σw‖∇V‖².
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

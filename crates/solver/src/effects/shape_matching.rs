@@ -1,30 +1,4 @@
-//! Shape matching: particles are drawn to the rest shape, moved and rotated to fit them best
-//! (Müller, Heidelberger, Teschner and Gross, *Meshless Deformations Based on Shape Matching*,
-//! 2005).
-//!
-//! The matched shape is the whole body, or each of its overlapping [regions](Regions), which gives
-//! a body many more degrees of freedom. A particle in n regions contributes an n-th of its mass to
-//! each. With these masses mᵢ, current positions xᵢ and rest positions qᵢ, a region has the goals
-//! gᵢ = R(qᵢ − q̄) + x̄, with mass-weighted means and the rotation R that minimizes
-//!
-//! D² = Σ mᵢ‖xᵢ − gᵢ‖²
-//!
-//! and stores the energy ½ω²D² with ω = 2πf: a free deformed body oscillates about its shape with
-//! the frequency f, independent of its mesh, its mass and the substeps. ∞ is a rigid body.
-//!
-//! D is the single equation of a region, with the compliance 1/ω² in s². As R and the means are
-//! optimal, they do not contribute to its gradient mᵢ(xᵢ − gᵢ)/D, so that every iteration conserves
-//! linear and angular momentum. Regions are solved simultaneously, from the same positions. Σ
-//! w‖∇D‖² is taken as 1, which is exact for the whole body: with divided masses, all regions
-//! together then move a particle at most to the mean of its goals, and such averaged Jacobi
-//! iterations converge.
-//!
-//! With a [method](crate::Method) without compliances all shapes are rigid; in classic PBD
-//! particles move by its stiffness fraction towards their goals.
-//!
-//! R is found by Horn's quaternions in `f64`, from scratch every time: it exists and is
-//! deterministic also for a shape that is flat, mirrored or shrunk to a line or a point. Pins are
-//! weighted a million times as heavily as the rest of their region, so that the goals follow them.
+//! Shape matching.
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass, Resting, Store};
 #[cfg(feature = "bevy")]
@@ -42,6 +16,34 @@ use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, f64::consts::TAU};
 
 /// Particles are drawn to the rest shape.
+///
+/// Shape matching: particles are drawn to the rest shape, moved and rotated to fit them best
+/// (Müller, Heidelberger, Teschner and Gross, *Meshless Deformations Based on Shape Matching*,
+/// 2005).
+///
+/// The matched shape is the whole body, or each of its overlapping [regions](Regions), which gives
+/// a body many more degrees of freedom. A particle in n regions contributes an n-th of its mass to
+/// each. With these masses mᵢ, current positions xᵢ and rest positions qᵢ, a region has the goals
+/// gᵢ = R(qᵢ − q̄) + x̄, with mass-weighted means and the rotation R that minimizes
+///
+/// D² = Σ mᵢ‖xᵢ − gᵢ‖²
+///
+/// and stores the energy ½ω²D² with ω = 2πf: a free deformed body oscillates about its shape with
+/// the frequency f, independent of its mesh, its mass and the substeps. ∞ is a rigid body.
+///
+/// D is the single equation of a region, with the compliance 1/ω² in s². As R and the means are
+/// optimal, they do not contribute to its gradient mᵢ(xᵢ − gᵢ)/D, so that every iteration conserves
+/// linear and angular momentum. Regions are solved simultaneously, from the same positions. Σ
+/// w‖∇D‖² is taken as 1, which is exact for the whole body: with divided masses, all regions
+/// together then move a particle at most to the mean of its goals, and such averaged Jacobi
+/// iterations converge.
+///
+/// With a [method](crate::Method) without compliances all shapes are rigid; in classic PBD
+/// particles move by its stiffness fraction towards their goals.
+///
+/// R is found by Horn's quaternions in `f64`, from scratch every time: it exists and is
+/// deterministic also for a shape that is flat, mirrored or shrunk to a line or a point. Pins are
+/// weighted a million times as heavily as the rest of their region, so that the goals follow them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -55,7 +57,7 @@ pub struct ShapeMatching {
     pub frequency: Frequency,
     /// Size of the matched regions [m]; default ∞, the whole body.
     pub region: RegionSize,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
 }
 
@@ -112,7 +114,7 @@ pub struct ShapeMatchingState {
 
 /// Parameters of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pass {
+pub struct MatchingPass {
     /// Length of the substep for compliance and damping [s].
     pub h: f64,
     /// Whether it is the first one of a substep, in which λ is 0.
@@ -247,11 +249,11 @@ impl ShapeMatchingState {
         &mut self,
         topology: &Topology,
         effect: &ShapeMatching,
-        Pass {
+        MatchingPass {
             h,
             first,
             relaxation,
-        }: Pass,
+        }: MatchingPass,
         at: impl Fn(u32) -> MatchedParticle,
     ) -> &[DVec3] {
         let alpha = effect.compliance() / (h * h);
@@ -337,7 +339,7 @@ impl BodyEffect for ShapeMatching {
         else {
             return false;
         };
-        let own = Pass {
+        let own = MatchingPass {
             h: pass.compliant.into(),
             first: pass.iteration.0 == 0,
             relaxation: pass.relaxation.into(),
@@ -371,7 +373,7 @@ impl BodyEffect for ShapeMatching {
         body: ReferenceParticles,
         pass: &ReferencePass,
     ) {
-        let own = Pass {
+        let own = MatchingPass {
             h: pass.compliant,
             first: pass.is_anew,
             relaxation: pass.relaxation,

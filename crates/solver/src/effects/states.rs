@@ -1,7 +1,7 @@
 //! States of the effects of a body.
 
-use super::{body_kinds::BodyEffectStates, elastic::ElasticKind};
-use crate::{TearState, Topology};
+use super::body_kinds::BodyEffectStates;
+use crate::{ElasticKind, TearState, Topology};
 use glam::Vec4;
 
 /// State of the effects of a body between iterations, and for measurements: multipliers λ of

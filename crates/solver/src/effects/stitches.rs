@@ -1,15 +1,4 @@
-//! Stitches: C = a − b = 0 [m], a vector, between a point of a body and another of its points, a
-//! point of another body, or a point on a collider. Those to other bodies are solved by
-//! [`joints`](crate::step::joints), after the constraints of all bodies.
-//!
-//! A point is a particle, or a weighted mean of the corners of a triangle. The three equations have
-//! the same compliance α [m/N] and, as a and b are means of different particles, the same weight
-//! W = Σ bᵢ²wᵢ, so that each is solved by itself: Δλ = −(C + α̃λ)/(W + α̃), with λ a vector. The
-//! force of a stitch is |λ|/h² [N]. A stitch whose force exceeds its strength at the end of a
-//! substep is broken and no longer acts.
-//!
-//! Forces on both ends are equal and opposite, so that momentum is conserved; a collider absorbs
-//! it.
+//! Stitches.
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass};
 #[cfg(feature = "bevy")]
@@ -87,6 +76,19 @@ pub enum StitchError {
 }
 
 /// The stitches of a body, including broken ones: they are part of the state.
+///
+/// Stitches: C = a − b = 0 [m], a vector, between a point of a body and another of its points, a
+/// point of another body, or a point on a collider. Those to other bodies are solved by
+/// [`joints`](crate::step::joints), after the constraints of all bodies.
+///
+/// A point is a particle, or a weighted mean of the corners of a triangle. The three equations have
+/// the same compliance α [m/N] and, as a and b are means of different particles, the same weight
+/// W = Σ bᵢ²wᵢ, so that each is solved by itself: Δλ = −(C + α̃λ)/(W + α̃), with λ a vector. The
+/// force of a stitch is |λ|/h² [N]. A stitch whose force exceeds its strength at the end of a
+/// substep is broken and no longer acts.
+///
+/// Forces on both ends are equal and opposite, so that momentum is conserved; a collider absorbs
+/// it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 #[cfg_attr(

@@ -1,15 +1,11 @@
-//! Strain limit: C = ‖x₁ − x₀‖ − (1 + limit) L₀ ≤ 0 [m] on every edge.
-//!
-//! Shorter edges are bitwise unaffected; a longer edge is projected to its limit as a rigid one to
-//! its length. λ/h² is the tension of the edge in N (negative). One iteration leaves the same
-//! residual as for rigid edges: more substeps or iterations enforce the limit better.
+//! Strain limit.
 
-use crate::kernel::block::{Block, Blocks, Projected, difference, dot, scaled};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, Strain, Topology,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    Damping, ElasticKind, Strain, Topology,
+    elastic::{Elastic, Point, Row},
+    kernel::block::{Block, Blocks, Projected, difference, dot, scaled},
     lanes::{Columns, Lanes, Vectors},
     order::Elements,
     topology::Edges,
@@ -19,6 +15,12 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// Limits the length of every edge, whatever the load.
+///
+/// Strain limit: C = ‖x₁ − x₀‖ − (1 + limit) L₀ ≤ 0 [m] on every edge.
+///
+/// Shorter edges are bitwise unaffected; a longer edge is projected to its limit as a rigid one to
+/// its length. λ/h² is the tension of the edge in N (negative). One iteration leaves the same
+/// residual as for rigid edges: more substeps or iterations enforce the limit better.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -1,14 +1,11 @@
-//! Stretch: C = ‖x₁ − x₀‖ − L₀ [m] on every edge.
-//!
-//! λ/h² is the force along the edge in N (negative under tension). Compliance is in m/N: an edge
-//! under a force F settles at C = αF.
+//! Stretch.
 
-use crate::kernel::block::{Ask, Block, Blocks, Projected, any, difference, dot, scaled};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Compliance, Damping, Particles, RepairTime, Stiffness, Topology,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    Compliance, Damping, ElasticKind, Particles, RepairTime, Stiffness, Topology,
+    elastic::{Elastic, Point, Row},
+    kernel::block::{Ask, Block, Blocks, Projected, any, difference, dot, scaled},
     lanes::{Columns, Instructions, Lanes, Vectors, WIDTH},
     order::Elements,
     topology::Edges,
@@ -18,6 +15,11 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Edges resist changes of length.
+///
+/// Stretch: C = ‖x₁ − x₀‖ − L₀ [m] on every edge.
+///
+/// λ/h² is the force along the edge in N (negative under tension). Compliance is in m/N: an edge
+/// under a force F settles at C = αF.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -32,7 +34,7 @@ pub struct Stretch {
     /// Axial stiffness EA [N], independent of the resolution of a rope: an edge of rest length L₀
     /// adds L₀/EA to its compliance. Default ∞, which adds nothing.
     pub axial_stiffness: Stiffness,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
     /// Time constant [s] for recovering crushed and tangled edges of a sheet without adding
     /// velocity, see [`repair`](crate::repair); default 0.05, ∞ disables recovery. Ropes and solids

@@ -1,19 +1,21 @@
-//! Struts: C = ‖x₁ − x₀‖ − L₀ [m] on every [strut](crate::Topology::struts), as
-//! [`stretch`](super::stretch) on edges.
-//!
-//! They support a hollow body from inside: a dent is pushed back from the opposite side.
+//! Struts.
 
 use super::stretch::{Coefficients, Kernel, edge_row};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Compliance, Damping, Topology,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    Compliance, Damping, ElasticKind, Topology,
+    elastic::{Elastic, Point, Row},
     order::Elements,
 };
 use serde::{Deserialize, Serialize};
 
 /// Springs through the body resist changes of length.
+///
+/// Struts: C = ‖x₁ − x₀‖ − L₀ [m] on every [strut](crate::Topology::struts), as
+/// [`Stretch`](crate::Stretch) on edges.
+///
+/// They support a hollow body from inside: a dent is pushed back from the opposite side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -25,7 +27,7 @@ use serde::{Deserialize, Serialize};
 pub struct Struts {
     /// Compliance of each strut [m/N]; default 1e-3, 0 is rigid.
     pub compliance: Compliance,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
 }
 

@@ -1,15 +1,4 @@
-//! Tethers: limit each particle's distance from its nearest pin to the geodesic rest distance.
-//!
-//! Long-range attachments (Kim, Chentanez and Müller, *Long Range Attachments*, 2012): a particle
-//! that is farther than (1 + slack) L from the pin is projected onto that sphere, with L the
-//! shortest path along edges of the rest shape to the nearest pinned particle. A long hanging cloth
-//! or rope therefore does not get longer, however few the iterations, although its constraints pass
-//! on its weight edge by edge. Tethers only pull, and only on particles that are too far: slack
-//! ones are bitwise unaffected.
-//!
-//! The path along edges is never shorter than the one through the cloth, so that no particle is
-//! pulled closer than at rest. Across a grid of triangles it is up to a twelfth longer, which makes
-//! the tether looser by the same amount.
+//! Tethers.
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass};
 #[cfg(feature = "bevy")]
@@ -24,6 +13,19 @@ use std::{cmp::Reverse, collections::BinaryHeap};
 
 /// Limits each particle's distance from its nearest pin to the geodesic rest distance (long-range
 /// attachments).
+///
+/// Tethers: limit each particle's distance from its nearest pin to the geodesic rest distance.
+///
+/// Long-range attachments (Kim, Chentanez and Müller, *Long Range Attachments*, 2012): a particle
+/// that is farther than (1 + slack) L from the pin is projected onto that sphere, with L the
+/// shortest path along edges of the rest shape to the nearest pinned particle. A long hanging cloth
+/// or rope therefore does not get longer, however few the iterations, although its constraints pass
+/// on its weight edge by edge. Tethers only pull, and only on particles that are too far: slack
+/// ones are bitwise unaffected.
+///
+/// The path along edges is never shorter than the one through the cloth, so that no particle is
+/// pulled closer than at rest. Across a grid of triangles it is up to a twelfth longer, which makes
+/// the tether looser by the same amount.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

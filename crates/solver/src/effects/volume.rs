@@ -1,17 +1,14 @@
-//! Volume: C = V − V₀ [m³] on every tetrahedron, V = (x₁−x₀)×(x₂−x₀)·(x₃−x₀)/6 signed.
-//!
-//! λ/h² is the pressure of the element in Pa, and the compliance is in m⁵/N. (With C = 6(V−V₀), as
-//! in some texts, the same number would mean a material 36 times as soft.) The sign of V matters: a
-//! mirrored element has V = −V₀ and is driven through the flat state back to V₀, which its absolute
-//! value would not do.
+//! Volume.
 
-use crate::kernel::block::{Ask, Block, Blocks, Projected, any, cross, difference, dot, scaled};
-pub use crate::kernel::geometry::volume_and_gradients;
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Compliance, Damping, Particles, RepairTime, Stiffness, Topology,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    Compliance, Damping, ElasticKind, Particles, RepairTime, Stiffness, Topology,
+    elastic::{Elastic, Point, Row},
+    kernel::{
+        block::{Ask, Block, Blocks, Projected, any, cross, difference, dot, scaled},
+        geometry::volume_and_gradients,
+    },
     lanes::{Columns, Instructions, Lanes, Vectors, WIDTH},
     order::Elements,
     topology::{self, Tetrahedra},
@@ -21,6 +18,13 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Tetrahedra resist changes of volume.
+///
+/// Volume: C = V − V₀ [m³] on every tetrahedron, V = (x₁−x₀)×(x₂−x₀)·(x₃−x₀)/6 signed.
+///
+/// λ/h² is the pressure of the element in Pa, and the compliance is in m⁵/N. (With C = 6(V−V₀), as
+/// in some texts, the same number would mean a material 36 times as soft.) The sign of V matters: a
+/// mirrored element has V = −V₀ and is driven through the flat state back to V₀, which its absolute
+/// value would not do.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -35,7 +39,7 @@ pub struct Volume {
     /// Bulk modulus K [Pa], independent of the mesh resolution: an element of rest volume V₀ adds
     /// V₀/K to its compliance. Default ∞, which adds nothing.
     pub bulk_modulus: Stiffness,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0. With one iteration per
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0. With one iteration per
     /// substep, more than about 0.05 s on nearly incompressible elements causes jitter instead of
     /// damping.
     pub damping: Damping,

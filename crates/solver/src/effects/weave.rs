@@ -1,19 +1,11 @@
-//! Weave: anisotropic resistance of triangles to strain along warp, weft and bias, each with its
-//! own compliance.
-//!
-//! The strain is that of a [membrane](super::membrane), and the three equations of an element are
-//! ε₁₁ along the warp, ε₂₂ along the weft, and the shear γ = 2ε₁₂ between them. Tension in one
-//! direction does not shorten the others: Poisson's ratios are 0. The compliance of an element is
-//! that of the cloth over its area A. λ/h² is an energy in N·m.
-//!
-//! Under tension at 45° to its threads, a cloth has a quarter of the sum of all three compliances.
+//! Weave.
 
 use super::membrane::{Kernel, rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, MembraneCompliance, Topology,
-    elastic::{Elastic, ElasticKind, Point, Row},
+    Damping, ElasticKind, MembraneCompliance, Topology,
+    elastic::{Elastic, Point, Row},
     order::Elements,
 };
 use serde::{Deserialize, Serialize};
@@ -23,6 +15,16 @@ use serde::{Deserialize, Serialize};
 /// The warp runs along the body's x axis in its rest shape, projected into each triangle, the weft
 /// across it. Each compliance [m/N] is strain over tension, a force per width in N/m, and
 /// independent of the mesh resolution.
+///
+/// Weave: anisotropic resistance of triangles to strain along warp, weft and bias, each with its
+/// own compliance.
+///
+/// The strain is that of a [membrane](crate::Membrane), and the three equations of an element are
+/// ε₁₁ along the warp, ε₂₂ along the weft, and the shear γ = 2ε₁₂ between them. Tension in one
+/// direction does not shorten the others: Poisson's ratios are 0. The compliance of an element is
+/// that of the cloth over its area A. λ/h² is an energy in N·m.
+///
+/// Under tension at 45° to its threads, a cloth has a quarter of the sum of all three compliances.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -39,7 +41,7 @@ pub struct Weave {
     /// Compliance in shear [m/N], angle over force per width; default 1e-3. Cloth is usually
     /// softest in shear.
     pub bias: MembraneCompliance,
-    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
 }
 

@@ -3,16 +3,18 @@
 //! Custom constraints on elements of a [`Topology`](crate::Topology) implement [`Blocks`];
 //! [`iterate`] projects them eight at a time. See `examples/custom_effect.rs`.
 
-pub mod block;
+pub(crate) mod block;
 pub(crate) mod fit;
 pub(crate) mod geometry;
-pub mod lanes;
+pub(crate) mod lanes;
 pub(crate) mod random;
 pub(crate) mod sum;
 
 pub use block::{Block, Blocks, Projected, cross, difference, dot, iterate, scaled};
 pub use fearless_simd::{f32x8, prelude as simd};
-pub use lanes::{Columns, Lanes, Vectors};
+pub use lanes::{
+    Columns, Gathered, Lanes, Origins, SimdWork, Vectors, WIDTH, arc_tangent, gather, scatter_add,
+};
 
 /// Everything for a kernel of an app: `use pliant::solver::kernel::prelude::*`.
 pub mod prelude {

@@ -21,15 +21,16 @@ mod renew;
 mod tear;
 
 use crate::{
-    Contacts, Effects, ElasticKind, Emission, Grains, Repair, RodState, Settings, Stitches,
+    Collider, Contacts, Effects, ElasticKind, Emission, Grains, RodState, Settings, Stitches,
     Substep, Threads, Topology,
-    contact::{Collider, pairs::Between},
+    contact::pairs::Between,
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
         body_kinds::{BodyEffectKind, ReferenceStates},
     },
     force::Moment,
     method::Averaging,
+    repair::Repair,
     step::{
         joints::{self, Joined},
         together::must_step_together,
@@ -89,7 +90,7 @@ pub struct Body {
     emission: Emission,
     /// Repair state.
     repair: Repair,
-    /// State of the previous substep for [second-order steps](crate::history).
+    /// State of the previous substep for [second-order steps](crate::History).
     past: Past,
     /// Length of the current substep for implicit Euler [s].
     h: f64,

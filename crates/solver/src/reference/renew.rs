@@ -56,7 +56,7 @@ impl Body {
             ..super::ReferenceStates::default()
         };
         self.lambdas = Default::default();
-        self.repair = crate::Repair::default();
+        self.repair = crate::repair::Repair::default();
         self.past = super::Past::default();
         let effects = self.effects;
         self.carry(&effects);

@@ -1,9 +1,10 @@
 //! A body without Bevy: topology, particles and effects.
 
 use crate::{
-    Density, DirectWorkspace, EffectStates, Effects, ForceKind, Mass, Particles, Settings,
-    Stitches, Topology, VertexIndex,
+    Density, EffectStates, Effects, ForceKind, Mass, Particles, Settings, Stitches, Topology,
+    VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
+    direct::DirectWorkspace,
     rest::RestTimer,
     step::{
         masses::{Masses, set_inverse_masses},
@@ -11,7 +12,7 @@ use crate::{
     },
     topology::{Renewed, Torn},
 };
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use std::sync::Arc;
 
 /// Cause of a divergence, for which the body was taken out of the simulation.
@@ -23,17 +24,20 @@ pub struct Quarantine {
     pub stage: &'static str,
 }
 
-/// Stage of a [`Quarantine`] whose body had non-finite input.
-pub const INPUT: &str = "input";
+impl Quarantine {
+    /// [Stage](Self::stage) of a body with non-finite input.
+    pub const INPUT: &str = "input";
 
-/// Stage of a [`Quarantine`] that was not caused by a stage of the solver.
-pub const USER: &str = "a user's system";
+    /// [Stage](Self::stage) of a body for whose divergence no stage of the solver was the cause.
+    pub const USER: &str = "a user's system";
 
-/// Stage of a [`Quarantine`] that was not caused by a stage of the body, for a body with contact.
-pub const CONTACT: &str = "contact";
+    /// [Stage](Self::stage) of a body with contact for whose divergence no stage of its own was the
+    /// cause.
+    pub const CONTACT: &str = "contact";
 
-/// The same for a body without contact that stitches join to another.
-pub const JOINTS: &str = "stitches";
+    /// The same for a body without contact that stitches join to another.
+    pub const JOINTS: &str = "stitches";
+}
 
 /// A soft body.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,10 +137,10 @@ impl Body {
     /// [choose the solver](Self::choose_solver).
     pub fn begin_tick(&mut self) {
         if let Some(particle) = self.particles.first_unfit(self.topology.particles()) {
-            restore_at_rest(&mut self.particles, &self.tick_start.positions);
+            self.particles.restore_at_rest(&self.tick_start.positions);
             self.quarantine = Some(Quarantine {
                 vertex: self.topology.vertex(particle),
-                stage: INPUT,
+                stage: Quarantine::INPUT,
             });
         }
         self.stepper().prepare(true);
@@ -160,8 +164,8 @@ impl Body {
     pub fn advance(&mut self, context: &StepContext) {
         let substeps = 0..context.settings.substeps.get();
         if let Err(error) = self.stepper().advance(substeps, context) {
-            self.quarantine = Some(self.find_cause(error, USER, context));
-            restore_at_rest(&mut self.particles, &self.tick_start.positions);
+            self.quarantine = Some(self.find_cause(error, Quarantine::USER, context));
+            self.particles.restore_at_rest(&self.tick_start.positions);
         }
     }
 
@@ -321,25 +325,18 @@ impl Body {
             stage: other,
         }
     }
-}
 
-/// Restores particles to finite positions, at rest.
-pub fn restore_at_rest(particles: &mut Particles, finite: &[Vec4]) {
-    particles.positions.clear();
-    particles.positions.extend_from_slice(finite);
-    particles.settle();
-}
-
-/// The bodies that are in two states of a scene, by their names; equal names in order. Emitters and sinks
-/// add and remove bodies.
-#[must_use]
-pub fn in_both<'a>(one: &'a [Body], other: &'a [Body]) -> Vec<(&'a Body, &'a Body)> {
-    let mut later = other;
-    let pairs = one.iter().filter_map(|body| {
-        let place = later.iter().position(|it| it.name == body.name)?;
-        let found = &later[place];
-        later = &later[place + 1..];
-        Some((body, found))
-    });
-    pairs.collect()
+    /// The bodies that are in two states of a scene, by their names; equal names in order. Emitters
+    /// and sinks add and remove bodies.
+    #[must_use]
+    pub fn in_both<'a>(one: &'a [Self], other: &'a [Self]) -> Vec<(&'a Self, &'a Self)> {
+        let mut later = other;
+        let pairs = one.iter().filter_map(|body| {
+            let place = later.iter().position(|it| it.name == body.name)?;
+            let found = &later[place];
+            later = &later[place + 1..];
+            Some((body, found))
+        });
+        pairs.collect()
+    }
 }

@@ -1,19 +1,4 @@
-//! BDF2: second-order steps, each as a step of implicit Euler from a combination of the last two
-//! states.
-//!
-//! With x and v at the start of a substep of length h, and x₋ and v₋ one substep before, BDF2
-//! requires
-//!
-//! x₊ = (4x − x₋)/3 + ⅔h v₊, v₊ = (4v − v₋)/3 + ⅔h a₊,
-//!
-//! which is a step of implicit Euler of length ⅔h from (4x − x₋)/3 and (4v − v₋)/3. A substep
-//! therefore replaces x and v by these, through [carry and displacement](crate::particles), and
-//! then proceeds with the length ⅔h: α̃ = 9α/4h², and λ is a force times (⅔h)².
-//!
-//! The history before an impact does not apply after it. After a contact, before a predicted one,
-//! and after external changes of positions or velocities, a substep uses implicit Euler. Forces
-//! other than gravity are evaluated at the start of a substep, which makes them first-order where
-//! they depend on position, velocity or time.
+//! BDF2.
 
 use crate::Particles;
 use glam::{DVec3, Vec4};
@@ -26,6 +11,23 @@ pub(crate) const STEP_FRACTION: f64 = 2.0 / 3.0;
 const TOLERANCE: f64 = 1e-5;
 
 /// State of a body one substep ago; empty with implicit Euler.
+///
+/// BDF2: second-order steps, each as a step of implicit Euler from a combination of the last two
+/// states.
+///
+/// With x and v at the start of a substep of length h, and x₋ and v₋ one substep before, BDF2
+/// requires
+///
+/// x₊ = (4x − x₋)/3 + ⅔h v₊, v₊ = (4v − v₋)/3 + ⅔h a₊,
+///
+/// which is a step of implicit Euler of length ⅔h from (4x − x₋)/3 and (4v − v₋)/3. A substep
+/// therefore replaces x and v by these, through [carry and displacement](crate::Particles), and
+/// then proceeds with the length ⅔h: α̃ = 9α/4h², and λ is a force times (⅔h)².
+///
+/// The history before an impact does not apply after it. After a contact, before a predicted one,
+/// and after external changes of positions or velocities, a substep uses implicit Euler. Forces
+/// other than gravity are evaluated at the start of a substep, which makes them first-order where
+/// they depend on position, velocity or time.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct History(Option<Box<Past>>);
 

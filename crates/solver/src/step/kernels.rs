@@ -2,16 +2,14 @@
 
 use super::{phases::Task, scope::Side, shared_body::SharedBody};
 use crate::{
-    effects::{
-        Effects, Multipliers,
-        elastic::{Elastic, ElasticKind},
-    },
+    Effects, ElasticKind, Topology,
+    effects::{Multipliers, elastic::Elastic},
     kernel::{
         block::{Blocks, Put, solve_batch},
         lanes::Instructions,
     },
     particles::Part,
-    topology::{Topology, order::Elements, partitions::Piece},
+    topology::{order::Elements, partitions::Piece},
 };
 
 /// Generates the code for elastic effects.

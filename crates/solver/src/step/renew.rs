@@ -90,7 +90,7 @@ impl Particles {
             self.set_velocity(i, birth.velocity.as_vec3());
         }
         self.history.forget();
-        self.repair = crate::Repair::default();
+        self.repair = crate::repair::Repair::default();
     }
 }
 

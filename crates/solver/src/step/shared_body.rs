@@ -8,8 +8,8 @@
 
 use super::{scope::Column, stepper::Stepper};
 use crate::{
-    DirectWorkspace, ElasticKind, SegmentState, effects::body_kinds::SharedStates, particles::Part,
-    partitions::Piece,
+    ElasticKind, SegmentState, direct::DirectWorkspace, effects::body_kinds::SharedStates,
+    particles::Part, partitions::Piece,
 };
 use glam::Vec4;
 use std::{

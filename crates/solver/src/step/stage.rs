@@ -1,9 +1,9 @@
 //! The stages of a substep, in order.
 
 use super::{method::Method, substep::Substep};
-use crate::effects::{
-    Effects, body_effect::BodyPhase, body_kinds::BodyEffectKind, elastic::ElasticKind,
-    force::ForceKind,
+use crate::{
+    Effects, ForceKind,
+    effects::{body_effect::BodyPhase, body_kinds::BodyEffectKind, elastic_kind::ElasticKind},
 };
 
 /// A part of a substep; stages can be ordered relative to each other.

@@ -1,7 +1,7 @@
 //! The first and the last of the three stages; the constraints between them are in
 //! [`effects`](crate::effects) and [`contact`](crate::contact).
 //!
-//! Symplectic Euler on [displacements](crate::particles): with x = p + u and the start of the
+//! Symplectic Euler on [displacements](crate::Particles): with x = p + u and the start of the
 //! substep at p + c, the method's `v += hg; p = x; x += hv`, constraints that move x, and
 //! `v = (x − p)/h` are
 //!
@@ -20,9 +20,11 @@
 //! Programming* 2, theorem 4.2.2C (the rounding error of a sum is representable, and found by two
 //! subtractions: Dekker 1971).
 
+pub use crate::particles::Part;
+
 use crate::{
     lanes::{Instructions, Lanes, SimdWork},
-    particles::{Part, first_not_finite},
+    particles::first_not_finite,
 };
 use fearless_simd::{f32x4, f32x8, prelude::*};
 use glam::{Vec3, Vec4};

@@ -2,8 +2,8 @@
 
 use super::{stage::Stage, substep::Settings};
 use crate::{
-    DirectWorkspace, EffectStates, Effects, Particles, Stitches, Threads, Topology,
-    contact::collider::Swept, lanes::Instructions,
+    EffectStates, Effects, Particles, Stitches, Threads, Topology, contact::collider::Swept,
+    direct::DirectWorkspace, lanes::Instructions,
 };
 use std::{fmt, sync::Arc};
 

@@ -4,7 +4,6 @@ use crate::{
     CollisionIterations, InvalidValue, Iterations, KeepSpin, Method, Order, Rate,
     SmoothingIterations, Substeps,
     method::{Averaging, Masses},
-    quantity::finite,
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -33,7 +32,7 @@ pub struct Settings {
     /// Method for solving the constraints of elastic effects; default XPBD.
     pub method: Method,
     /// Order of the time integration: 1, the default, is implicit Euler, 2 is
-    /// [BDF2](crate::history).
+    /// [BDF2](crate::History).
     pub order: Order,
     /// Whether free bodies [conserve their angular momentum](crate::spin): 0, the default, or 1.
     /// Ignored by second-order steps, whose loss is small.
@@ -124,7 +123,7 @@ impl Settings {
     /// [`InvalidValue`] for a component that is not finite or beyond 1e6 m/s².
     pub fn set_gravity(&mut self, gravity: Vec3) -> Result<(), InvalidValue> {
         for component in gravity.to_array() {
-            finite("gravity", component)?;
+            InvalidValue::unless_finite("gravity", component)?;
             if component.abs() > 1e6 {
                 return Err(InvalidValue {
                     quantity: "gravity",

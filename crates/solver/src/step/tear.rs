@@ -94,7 +94,7 @@ impl Particles {
         self.segments.clear();
         self.spins.clear();
         self.history.forget();
-        self.repair = crate::Repair::default();
+        self.repair = crate::repair::Repair::default();
     }
 }
 

@@ -2,7 +2,7 @@
 //! it.
 
 use super::{
-    body::{CONTACT, JOINTS, restore_at_rest},
+    body::Quarantine,
     emission::{self, Template, around, meet},
     joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
@@ -11,8 +11,9 @@ use crate::{
     Body, Collider, Contacts, Cut, Settings, Threads, WorkEstimate,
     advance::StepContext,
     contact::{
+        Outline,
         collider::{Swept, SweptCollider},
-        pairs::{Outline, crossings},
+        crossings,
     },
     lanes::Instructions,
     rest::{SleepSettings, Wakefulness, disturbed, settle, written},
@@ -264,11 +265,11 @@ fn advance_together(bodies: &mut [Member], contacts: &mut Contacts, context: &St
     for (Member { body, .. }, result) in bodies.iter_mut().zip(results) {
         if let Err(error) = result {
             let other = match body.effects.touches_surfaces(context.swept.has_meshes()) {
-                true => CONTACT,
-                false => JOINTS,
+                true => Quarantine::CONTACT,
+                false => Quarantine::JOINTS,
             };
             body.quarantine = Some(body.find_cause(error, other, context));
-            restore_at_rest(&mut body.particles, &body.tick_start.positions);
+            body.particles.restore_at_rest(&body.tick_start.positions);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Volume enclosed by a closed surface, for pressure.
 
-use super::{Topology, VertexIndex};
+use crate::{Topology, VertexIndex};
 use glam::DVec3;
 use std::sync::Arc;
 

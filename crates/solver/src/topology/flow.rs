@@ -1,6 +1,7 @@
 //! Topologies of bodies with plastic flow: own rest values, everything else shared.
 
-use super::{Lazy, Topology};
+use super::precomputed::Lazy;
+use crate::Topology;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

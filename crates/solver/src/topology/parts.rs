@@ -1,6 +1,7 @@
 //! Parts of a topology that are computed on first use.
 
-use super::{Cotangents, Facets, Frames, Hinges, Surface, Topology};
+use super::{Cotangents, Facets, Frames, Hinges, Surface};
+use crate::Topology;
 use std::sync::Arc;
 
 impl Topology {

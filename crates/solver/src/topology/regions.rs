@@ -1,15 +1,17 @@
-//! Regions: overlapping parts of a body for shape matching.
-//!
-//! A region consists of all particles within half of its size from its center, measured along edges
-//! of elements, and all elements that extend beyond that. The first particle is a center, and so is
-//! each following one that is farther than that from all earlier centers. Every element is
-//! therefore completely inside a region, and no element connects separate regions. As distances are
-//! measured along the body, two fingers that are close to each other do not form one region.
+//! Regions.
 
-use super::Topology;
+use crate::Topology;
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 /// Regions of a body, and the number of regions of each particle.
+///
+/// Regions: overlapping parts of a body for shape matching.
+///
+/// A region consists of all particles within half of its size from its center, measured along edges
+/// of elements, and all elements that extend beyond that. The first particle is a center, and so is
+/// each following one that is farther than that from all earlier centers. Every element is
+/// therefore completely inside a region, and no element connects separate regions. As distances are
+/// measured along the body, two fingers that are close to each other do not form one region.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Regions {
     /// Start of each region among the members, and the end of the last.

@@ -1,7 +1,9 @@
 //! Bodies of grains that gain and lose grains.
 
-use super::{RestShape, Topology, TopologyError};
-use crate::{Mass, ParticleIndex, SurfacePoint, VertexIndex, numbering::Numbering};
+use crate::{
+    Mass, ParticleIndex, RestShape, SurfacePoint, Topology, TopologyError, VertexIndex,
+    numbering::Numbering,
+};
 use glam::DVec3;
 use std::sync::Arc;
 

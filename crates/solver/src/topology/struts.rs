@@ -5,8 +5,8 @@
 //! nearest corner of that triangle. The tilt follows from the number of the vertex in the mesh with
 //! a fixed seed: the same mesh has the same struts on every machine.
 
-use super::{Edges, Topology};
-use crate::deform::Random;
+use super::Edges;
+use crate::{Topology, deform::Random};
 use glam::DVec3;
 use std::{ops::Range, sync::Arc};
 

@@ -1,6 +1,7 @@
 //! Contact surface of a body.
 
-use super::{Topology, bounds};
+use super::bounds;
+use crate::Topology;
 use glam::Vec3;
 
 /// The vertices, edges and triangles of the surface of a body; of a rope, its particles and edges; of

@@ -8,7 +8,7 @@ use crate::{
     },
     simulation::{SimulationClock, SimulationSettings},
     solver::{
-        Body, Collider, Ground, Particles, contact::pose::rotation_degrees, deform::Random,
+        Body, Collider, Ground, Particles, contact::rotation_degrees, deform::Random,
         topology::bounds,
     },
 };

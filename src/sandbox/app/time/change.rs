@@ -8,7 +8,7 @@ use crate::{
         Action, BodyDensity, SimulationClock, SimulationSettings, SpawnOrder, action,
         plain::bodies_in_order,
     },
-    solver::{Collider, Deformation, Path},
+    solver::{Collider, Path, deform::Deformation},
 };
 use bevy::prelude::*;
 

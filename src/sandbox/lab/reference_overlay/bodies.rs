@@ -2,7 +2,10 @@
 
 use super::distance::{Distance, Sum};
 use crate::{
-    solver::{Collider, Effects, Settings, SleepSettings, World, reference, rest::RestTimer},
+    solver::{
+        Collider, Effects, Settings, World, reference,
+        rest::{RestTimer, SleepSettings},
+    },
     study::PROJECTIONS,
 };
 use bevy::{

@@ -11,7 +11,7 @@ use crate::{
         SolverThreads, TickStart,
         plain::{self, bodies_in_order, lasting_bodies},
     },
-    solver::{self, Particles, Threads, step::joints::Joined},
+    solver::{self, Particles, Threads, joints::Joined},
 };
 use bevy::{ecs::message::MessageCursor, prelude::*};
 use std::sync::Arc;

@@ -12,7 +12,7 @@ use crate::{
         render::material::PALETTE,
         ui::{count, theme},
     },
-    solver::{lanes::WIDTH, partitions::MIN_CUT},
+    solver::{kernel::WIDTH, topology::partitions::MIN_CUT},
 };
 
 /// Maximum width of the legend [logical px].

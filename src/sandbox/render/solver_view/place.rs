@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use crate::{
     render::gizmos,
     sandbox::render::material::{PALETTE, linear},
-    solver::{Topology, lanes::WIDTH, order::Elements},
+    solver::{Topology, kernel::WIDTH, topology::order::Elements},
 };
 
 /// Position of a constraint in the solution order.

@@ -1,55 +1,25 @@
-//! Contact between bodies, and of a body with itself.
-//!
-//! Surfaces touch where a vertex comes near a triangle, or an edge near another edge. Three
-//! mechanisms keep them apart:
-//!
-//! - **Candidates**: pairs of primitives that may come near each other are found (`detect.rs`) by
-//!   bounding balls around the motion of their corners, and kept while the motion stays inside the
-//!   balls. A particle that leaves its ball triggers a new detection, so that no pair is missed.
-//!   The time of detection does not affect results: they depend on the state alone.
-//! - **Constraints**: candidates that are near in a substep become rows (`row.rs`). These are
-//!   projected after each iteration, in a fixed order, with friction accumulated over the substep.
-//! - **Truncation**: before velocities are computed, motion that would let surfaces cross is cut
-//!   (`truncate.rs`), whatever the constraints have done. Surfaces that were apart stay apart at
-//!   any speed.
-//!
-//! The sides of surfaces that cross are not defined: their bodies are separated (`untangle.rs`), and a
-//! surface is pulled out of itself (`self_untangle.rs`).
-//! Rigid bodies move as a whole (`rigid.rs`), by few contacts (`manifold.rs`).
-//!
-//! Positions are relative to frames that move with pieces of the surfaces, so that rigid motion
-//! requires no new detection. Geometry is computed in `f64`; balls are in `f32`, with a margin
-//! larger than its rounding error.
-//!
-//! The fast solver and the reference share this module.
+//! Contact between surfaces: see [`contact`](super).
 
 mod bounds;
-mod closest;
-mod contacts;
-mod crossings;
+pub(crate) mod closest;
+pub(crate) mod contacts;
+pub(crate) mod crossings;
 mod detect;
 mod manifold;
 mod near;
-mod params;
+pub(crate) mod params;
 mod rigid;
 mod rigid_contacts;
-mod row;
+pub(crate) mod row;
 mod self_crossing;
 mod self_untangle;
 mod stitched;
-mod sums;
+pub(crate) mod sums;
 mod tangible;
 mod tangle;
 mod truncate;
 mod union;
 mod untangle;
-
-pub use closest::on_triangle;
-pub use contacts::{ContactCounts, Contacts};
-pub use crossings::{Outline, crossings};
-pub use params::{Contact, SelfContact};
-pub use row::ContactForce;
-pub use sums::PairContact;
 
 pub(crate) use contacts::Between;
 pub(crate) use row::ContactPart;

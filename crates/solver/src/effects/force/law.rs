@@ -1,6 +1,6 @@
 //! Interface of external forces.
 
-use crate::topology::Topology;
+use crate::Topology;
 use glam::DVec3;
 
 /// A particle on which a force acts.

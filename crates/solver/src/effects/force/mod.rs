@@ -6,29 +6,23 @@
 //! constraints. Gusts are not: their noise is evaluated per triangle and substep, and takes three
 //! quarters of a tick of the scene `flag`.
 
-mod attract;
-mod axis;
-mod drag;
-mod law;
+pub(crate) mod attract;
+pub(crate) mod axis;
+pub(crate) mod drag;
+pub(crate) mod law;
 mod noise;
-mod stream;
-mod turbulence;
-mod uniform;
-mod vortex;
-mod wind;
+pub(crate) mod stream;
+pub(crate) mod turbulence;
+pub(crate) mod uniform;
+pub(crate) mod vortex;
+pub(crate) mod wind;
 
-pub use attract::Attract;
-pub use axis::Axis;
-pub use drag::Drag;
-pub use stream::Stream;
-pub use turbulence::Turbulence;
-pub use uniform::Uniform;
-pub use vortex::Vortex;
-pub use wind::Wind;
+pub use law::{Force, Moment, Mote, VisitForces};
 
-pub use law::{Force, ForceKind, Moment, Mote, VisitForces};
-
-use crate::{Effects, Topology, particles::Part};
+use crate::{
+    Attract, Axis, Drag, Effects, ForceKind, Stream, Topology, Turbulence, Uniform, Vortex, Wind,
+    particles::Part,
+};
 use glam::Vec4;
 use std::cell::Cell;
 

@@ -3,7 +3,7 @@
 //! A cache that follows from the grab, the mesh and the pins; it is not part of the state.
 
 use super::{Grab, Hold};
-use crate::{Topology, topology::TopologyId};
+use crate::{Topology, TopologyId};
 use glam::DVec3;
 
 /// Particles and weights; empty for a grab of one point, which has its own. In a box, as few bodies

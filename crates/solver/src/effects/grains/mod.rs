@@ -1,27 +1,4 @@
-//! Grains: balls that touch each other, with Coulomb friction and cohesion.
-//!
-//! Two grains at a distance of at most the sum d of their radii push each other apart. With the unit
-//! vector n from the second to the first at the start of the substep, and W = w₁ + w₂,
-//!
-//! - normal: C = n·(x₁ − x₂) − d ≥ 0 [m], λₙ ← max(λₙ − C/W, 0);
-//! - friction: the tangential displacement in the substep s = (I − nnᵀ)(Δx₁ − Δx₂) is reduced as far
-//!   as ‖λₜ‖ ≤ µλₙ allows.
-//!
-//! Both multipliers [kg·m] are accumulated over all passes of a substep; λₙ/h² is the force [N]. Slip
-//! that friction could take back, but has not, is carried over to the next substep of the tick, and
-//! half of the multipliers too.
-//! Cohesion F lets grains that touch pull: λₙ ≥ −Fh², with friction up to µ(λₙ + Fh²).
-//!
-//! With a finite rolling resistance µᵣ, grains rotate: balls with I = ⅖mr², whose surfaces slip by
-//! s − (r₁φ₁ + r₂φ₂) × n where they turn by φ in the substep. A torque of at most µᵣλₙr₁r₂/(r₁ + r₂)/h²
-//! holds their relative rotation φ₁ − φ₂ back, so that a grain rolls down slopes steeper than µᵣ. On
-//! the ground and on colliders of simple shapes likewise; friction with other bodies acts
-//! without torque. Without a finite resistance, grains do not rotate, which acts like a large resistance. A pass that does not
-//! converge leaves the load of the grains above as overlap: about n·gh² under n layers with one
-//! iteration, and less with more.
-//!
-//! Source: Müller and others, *Detailed Rigid Body Simulation with Extended Position Based Dynamics*
-//! (2020), section 3.5, with friction accumulated over the substep.
+//! Grains.
 
 mod contacts;
 mod neighbors;
@@ -41,6 +18,31 @@ use neighbors::Neighbors;
 use serde::{Deserialize, Serialize};
 
 /// Contact of the grains of a body with each other.
+///
+/// Grains: balls that touch each other, with Coulomb friction and cohesion.
+///
+/// Two grains at a distance of at most the sum d of their radii push each other apart. With the unit
+/// vector n from the second to the first at the start of the substep, and W = w₁ + w₂,
+///
+/// - normal: C = n·(x₁ − x₂) − d ≥ 0 [m], λₙ ← max(λₙ − C/W, 0);
+/// - friction: the tangential displacement in the substep s = (I − nnᵀ)(Δx₁ − Δx₂) is reduced as far
+///   as ‖λₜ‖ ≤ µλₙ allows.
+///
+/// Both multipliers [kg·m] are accumulated over all passes of a substep; λₙ/h² is the force [N]. Slip
+/// that friction could take back, but has not, is carried over to the next substep of the tick, and
+/// half of the multipliers too.
+/// Cohesion F lets grains that touch pull: λₙ ≥ −Fh², with friction up to µ(λₙ + Fh²).
+///
+/// With a finite rolling resistance µᵣ, grains rotate: balls with I = ⅖mr², whose surfaces slip by
+/// s − (r₁φ₁ + r₂φ₂) × n where they turn by φ in the substep. A torque of at most µᵣλₙr₁r₂/(r₁ + r₂)/h²
+/// holds their relative rotation φ₁ − φ₂ back, so that a grain rolls down slopes steeper than µᵣ. On
+/// the ground and on colliders of simple shapes likewise; friction with other bodies acts
+/// without torque. Without a finite resistance, grains do not rotate, which acts like a large resistance. A pass that does not
+/// converge leaves the load of the grains above as overlap: about n·gh² under n layers with one
+/// iteration, and less with more.
+///
+/// Source: Müller and others, *Detailed Rigid Body Simulation with Extended Position Based Dynamics*
+/// (2020), section 3.5, with friction accumulated over the substep.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -15,7 +15,8 @@ mod torn;
 pub use order::TornOrder;
 pub use torn::Torn;
 
-use super::{Dimension, Topology};
+use super::Dimension;
+use crate::Topology;
 use fan::Fans;
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};

@@ -2,11 +2,11 @@
 //! the shape alone.
 
 use crate::{
-    RestShape, VertexIndex,
+    RestShape, Topology, VertexIndex,
     numbering::Numbering,
     order::{Colors, Elements},
     partitions::Partitions,
-    topology::{Edges, Facets, Hinges, Tetrahedra, Topology},
+    topology::{Edges, Facets, Hinges, Tetrahedra},
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

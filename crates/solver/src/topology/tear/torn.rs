@@ -5,11 +5,12 @@ use super::{
     attached::{Copies, hinge, now},
 };
 use crate::{
+    Topology,
     numbering::Numbering,
     order::Elements,
     partitions::Partitions,
     topology::{
-        Cotangents, Edges, Facets, Hinges, Identity, Lazy, RestValues, Tetrahedra, Topology,
+        Cotangents, Edges, Facets, Hinges, Identity, RestValues, Tetrahedra, precomputed::Lazy,
     },
 };
 use std::{collections::BTreeMap, sync::Arc};
