@@ -77,8 +77,8 @@ use step::{executor, phases, shared_body, substep};
 pub use body::{Body, Quarantine};
 pub use contact::{
     Collide, Collider, ColliderMesh, ColliderMeshError, ColliderShape, Contact, ContactCounts,
-    ContactForce, ContactMultiplier, Contacts, Ground, PairContact, Path, Pose, SelfContact,
-    StickyGround,
+    ContactForce, ContactMultiplier, Contacts, Ground, PairContact, Path, Pose, RigidSurface,
+    SelfContact, StickyGround, SurfaceForce,
 };
 pub use deform::{Deformation, deform, reset_shape};
 pub use direct::{Direct, DirectWorkspace};

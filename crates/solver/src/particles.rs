@@ -10,7 +10,7 @@
 //! adds gravity to u, constraints and contacts write u, and the third stage advances the position
 //! by it.
 
-use super::{Emission, History, Repair, SegmentState};
+use super::{Emission, History, Repair, SegmentState, contact::Pushes};
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -285,6 +285,7 @@ impl Particles {
             carry: &mut self.carry,
             segments: &mut self.segments,
             spins: &mut self.spins,
+            pushes: &mut [],
         }
     }
 
@@ -365,6 +366,8 @@ pub struct Part<'a> {
     pub segments: &'a mut [SegmentState],
     /// As [`Particles::spins`].
     pub spins: &'a mut [Vec4],
+    /// Where contacts are recorded; empty unless they are.
+    pub(crate) pushes: &'a mut [Pushes],
 }
 
 impl<'a> Part<'a> {
@@ -378,6 +381,7 @@ impl<'a> Part<'a> {
         let (displacements, more_displacements) = self.displacements.split_at_mut(count);
         let (carry, more_carry) = self.carry.split_at_mut(count);
         let (spins, more_spins) = self.spins.split_at_mut(count.min(self.spins.len()));
+        let (pushes, more_pushes) = self.pushes.split_at_mut(count.min(self.pushes.len()));
         (
             Part {
                 positions,
@@ -385,6 +389,7 @@ impl<'a> Part<'a> {
                 carry,
                 segments: &mut [],
                 spins,
+                pushes,
             },
             Part {
                 positions: more_positions,
@@ -392,6 +397,7 @@ impl<'a> Part<'a> {
                 carry: more_carry,
                 segments: &mut [],
                 spins: more_spins,
+                pushes: more_pushes,
             },
         )
     }
@@ -405,6 +411,7 @@ impl<'a> Part<'a> {
             carry: self.carry,
             segments: self.segments,
             spins: self.spins,
+            pushes: self.pushes,
         }
     }
 

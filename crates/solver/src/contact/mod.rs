@@ -23,6 +23,7 @@ pub mod pose;
 mod reference;
 mod response;
 pub mod shape;
+mod surface_force;
 
 pub use collide::Collide;
 pub use collider::Collider;
@@ -33,6 +34,8 @@ pub use pairs::{Contact, ContactCounts, ContactForce, Contacts, PairContact, Sel
 pub use path::Path;
 pub use pose::Pose;
 pub use shape::ColliderShape;
+pub use surface_force::{RigidSurface, SurfaceForce};
 
 pub(crate) use reference::exit;
 pub(crate) use response::LEVER;
+pub(crate) use surface_force::{Push, Pushes, Recorded};

@@ -2,7 +2,7 @@
 //! it.
 
 use super::{
-    body::{CONTACT, JOINTS, restore_at_rest},
+    body::{CONTACT, JOINTS},
     emission::{self, Template, around, meet},
     joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
@@ -166,9 +166,6 @@ impl World {
         if changes {
             self.contacts.invalidate();
         }
-        if changes {
-            self.contacts.invalidate();
-        }
     }
 
     /// Removes a body. Stitches of others to it break; these and bodies that rested on it wake.
@@ -262,14 +259,14 @@ fn advance_together(bodies: &mut [Member], contacts: &mut Contacts, context: &St
     together::advance(&mut group, contacts, substeps, false, context);
     let results: Vec<_> = group.into_iter().map(|it| it.result).collect();
     for (Member { body, .. }, result) in bodies.iter_mut().zip(results) {
-        if let Err(error) = result {
-            let other = match body.effects.touches_surfaces(context.swept.has_meshes()) {
-                true => CONTACT,
-                false => JOINTS,
-            };
-            body.quarantine = Some(body.find_cause(error, other, context));
-            restore_at_rest(&mut body.particles, &body.tick_start.positions);
+        if !body.is_active() {
+            continue;
         }
+        let other = match body.effects.touches_surfaces(context.swept.has_meshes()) {
+            true => CONTACT,
+            false => JOINTS,
+        };
+        body.end_advance(result.map(drop), other, context);
     }
 }
 

@@ -38,6 +38,7 @@ mod self_crossing;
 mod self_untangle;
 mod stitched;
 mod sums;
+mod surfaces;
 mod tangible;
 mod tangle;
 mod truncate;
