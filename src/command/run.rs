@@ -123,6 +123,7 @@ impl RunScene {
             set: self.set.clone(),
             threads: Some(threads),
             ledger: self.ledger,
+            contacts: self.json,
             acceptance,
         };
         let notes = built.notes.clone();

@@ -46,6 +46,13 @@ pub fn run(scene: &str, run: &Run) -> Value {
             "mean_force_n": pair.mean_force,
             "largest_force_n": pair.largest_force,
         })).collect::<Vec<_>>(),
+        "touched_surfaces": run.touched_surfaces.iter().map(|it| json!({
+            "body": it.body,
+            "collider": it.collider,
+            "seconds": it.seconds,
+            "mean_force_n": it.mean_force,
+            "largest_force_n": it.largest_force,
+        })).collect::<Vec<_>>(),
         "smallest_gap_m": run.smallest_gap(),
         "crossings": run.crossings(),
         "state_hash": format!("{:016x}", run.state_hash),

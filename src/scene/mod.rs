@@ -40,6 +40,7 @@ pub mod save;
 mod spawn;
 mod stitches;
 pub(crate) mod substeps;
+mod touched;
 
 pub use acceptance::{Acceptance, Check};
 pub use answer::Answer;

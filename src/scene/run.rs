@@ -5,11 +5,15 @@ use super::{
     BuiltScene, Scene,
     overrides::{Override, OverrideError},
     spawn::{copy_look, spawn},
+    touched::Touched,
 };
+
+pub use super::touched::{PairOfRun, SurfaceOfRun};
+
 use crate::{
     SoftBodyPlugins,
     simulation::{
-        BodyContacts, EnergyLedger, Measuring, SimulationSettings, SolverThreads, Statistics,
+        EnergyLedger, Measuring, RecordContacts, SimulationSettings, SolverThreads, Statistics,
         plain,
         statistics::{measure, state_hash},
         system_names, tick,
@@ -17,7 +21,7 @@ use crate::{
     solver::Threads,
 };
 use bevy::prelude::*;
-use std::{collections::BTreeMap, ops::ControlFlow};
+use std::ops::ControlFlow;
 
 /// Options of a run.
 #[derive(Debug, Clone, Default)]
@@ -30,6 +34,8 @@ pub struct RunOptions {
     pub threads: Option<Threads>,
     /// Whether to track the energy ledger; default false.
     pub ledger: bool,
+    /// Whether to record the forces of ground and colliders on bodies; default false.
+    pub contacts: bool,
     /// Acceptance criteria; without them, only a finite state and unmoved pins are checked.
     pub acceptance: Option<super::Acceptance>,
 }
@@ -64,6 +70,9 @@ pub struct Run {
     pub settings: crate::solver::Settings,
     /// Bodies that touched each other, in the order in which they first did.
     pub touched: Vec<PairOfRun>,
+    /// Bodies that touched a collider or the ground, in the order in which they first did; empty unless
+    /// contacts were recorded.
+    pub touched_surfaces: Vec<SurfaceOfRun>,
     /// Hash of the final state.
     pub state_hash: u64,
     /// The final world.
@@ -72,21 +81,6 @@ pub struct Run {
     pub seconds: f64,
     /// Whether it ended before that time, in which case nothing was judged.
     pub stopped: bool,
-}
-
-/// Two bodies that touched in a run.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct PairOfRun {
-    /// Names of the bodies, in the order of the scene.
-    pub bodies: [String; 2],
-    /// Time of the ticks in which they touched [s].
-    pub seconds: f64,
-    /// Mean magnitude of the force between them in these ticks, without the impulses of restitution
-    /// [N].
-    pub mean_force: f64,
-    /// Largest magnitude of the force between them, as the mean over a tick [N].
-    pub largest_force: f64,
 }
 
 impl Run {
@@ -179,6 +173,7 @@ pub fn prepare(app: &mut App, options: &RunOptions) -> Result<(), OverrideError>
         world.insert_resource(SolverThreads(threads.clone()));
     }
     world.insert_resource(Measuring(true));
+    world.insert_resource(RecordContacts(options.contacts));
     world.insert_resource(EnergyLedger::kept(options.ledger));
     Ok(())
 }
@@ -200,7 +195,7 @@ pub fn run_in(
     let ticks = (seconds * settings.rate.get()).round().max(1.0) as u64;
     let mut history = vec![measure(world)];
     let mut times = Vec::new();
-    let mut pairs = Pairs::default();
+    let mut touched = Touched::default();
     let mut stopped = false;
     for done in 1..=ticks {
         tick(world);
@@ -213,13 +208,14 @@ pub fn run_in(
             ecs,
         });
         history.push(world.resource::<Statistics>().clone());
-        pairs.add(world);
+        touched.add(world);
         if progress(done as f64 / ticks as f64).is_break() && done < ticks {
             stopped = true;
             break;
         }
     }
     let end = plain::capture(world);
+    let (touched, touched_surfaces) = touched.finish(settings.tick_seconds());
     let nothing = super::Acceptance {
         seconds,
         checks: Vec::new(),
@@ -233,53 +229,11 @@ pub fn run_in(
         systems: system_names(world),
         ledger: world.remove_resource().filter(|_| options.ledger),
         settings,
-        touched: pairs.finish(settings.tick_seconds()),
+        touched,
+        touched_surfaces,
         state_hash: state_hash(world),
         world: end,
         seconds,
-    }
-}
-
-/// Bodies that have touched so far, in the order in which they first did.
-#[derive(Debug, Default)]
-struct Pairs {
-    /// With sums instead of means, and ticks instead of seconds.
-    all: Vec<PairOfRun>,
-    places: BTreeMap<[Entity; 2], usize>,
-}
-
-impl Pairs {
-    fn add(&mut self, world: &World) {
-        let name = |body| {
-            let name = world.get::<Name>(body);
-            name.map_or_else(String::new, ToString::to_string)
-        };
-        for pair in world.resource::<BodyContacts>().pairs() {
-            let all = &mut self.all;
-            let place = *self.places.entry(pair.bodies).or_insert_with(|| {
-                all.push(PairOfRun {
-                    bodies: pair.bodies.map(name),
-                    seconds: 0.0,
-                    mean_force: 0.0,
-                    largest_force: 0.0,
-                });
-                all.len() - 1
-            });
-            let force = f64::from(pair.force.length());
-            let of_run = &mut self.all[place];
-            of_run.seconds += 1.0;
-            of_run.mean_force += force;
-            of_run.largest_force = of_run.largest_force.max(force);
-        }
-    }
-
-    fn finish(self, tick_seconds: f64) -> Vec<PairOfRun> {
-        let mean = |pair: PairOfRun| PairOfRun {
-            mean_force: pair.mean_force / pair.seconds,
-            seconds: pair.seconds * tick_seconds,
-            ..pair
-        };
-        self.all.into_iter().map(mean).collect()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     Asleep, BodyDirectWorkspace, BodyPair, CurrentSubstep, Profile, Quarantined, SoftBody,
-    SolverThreads, SpawnOrder, carried::Carried, profile::StageWatch,
+    SolverThreads, SpawnOrder, SurfaceContact, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
     ContactCounts, Contacts, EffectStates, Effects, Particles, Stitches, Substep, Threads,
@@ -128,7 +128,7 @@ pub(super) struct Outcome {
     pub result: Result<Ledger, NotFinite>,
 }
 
-/// Contacts between bodies.
+/// Contacts between bodies, and forces of colliders and the ground.
 #[derive(Resource, Debug, Default)]
 pub struct BodyContacts {
     contacts: Contacts,
@@ -141,6 +141,10 @@ pub struct BodyContacts {
     /// Bodies that stitches joined at the start of the tick, by their numbers and as entities.
     joints: Joints,
     joined: Vec<[Entity; 2]>,
+    /// The colliders of the tick, by their numbers, and what bodies touched that are no bodies; empty
+    /// unless contacts are recorded.
+    pub(super) colliders: Vec<Entity>,
+    pub(super) surfaces: Vec<SurfaceContact>,
 }
 
 /// A contact that pushes.
@@ -203,8 +207,8 @@ impl BodyContacts {
     }
 
     /// The pairs of bodies that touched in the last tick, with the force between them. There are none
-    /// in a tick in which all bodies sleep. Contacts with colliders, and of a body with itself, are
-    /// not among them.
+    /// in a tick in which all bodies sleep. Contacts of a body with itself are not among them; those
+    /// with colliders and the ground are in [`surfaces`](Self::surfaces).
     pub fn pairs(&self) -> impl Iterator<Item = BodyPair> {
         let part = 1.0 / self.substeps.max(1) as f32;
         self.pairs.values().map(move |pair| BodyPair {
@@ -212,6 +216,14 @@ impl BodyContacts {
             normal_force: pair.normal_force * part,
             ..*pair
         })
+    }
+
+    /// The colliders and grounds that bodies touched in the last tick, with their forces, while
+    /// [`RecordContacts`](super::RecordContacts) is on: sorted by body in spawn order, then the ground
+    /// before colliders in spawn order. There are none of bodies that sleep, and none between the
+    /// substeps of a tick.
+    pub fn surfaces(&self) -> impl Iterator<Item = SurfaceContact> {
+        self.surfaces.iter().copied()
     }
 
     /// Whether stitches joined a body to another at the start of the tick.
@@ -257,6 +269,7 @@ impl Bodies<'_, '_> {
         let all = bodies.map(|(entity, order, .., stitches, _, _)| (*order, entity, stitches));
         let joints = Joints::of(all.clone().map(|(order, _, stitches)| (order, stitches)));
         self.contacts.pairs.clear();
+        self.contacts.surfaces.clear();
         self.contacts.substeps = 0;
         self.contacts.joined.clear();
         if !joints.joined.is_empty() {

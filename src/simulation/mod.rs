@@ -25,6 +25,7 @@ mod renew;
 mod schedule;
 pub mod statistics;
 pub(crate) mod step;
+mod surface;
 mod tear;
 mod touch;
 
@@ -49,6 +50,7 @@ pub use schedule::{
 };
 pub use statistics::{Measuring, RecordContacts, Statistics, state_hash};
 pub use step::{CurrentSubstep, EndedEarly, Sleep, SolverThreads, end_tick, tick};
+pub use surface::{ContactSurface, SurfaceContact, SurfaceContactEnded, SurfaceContactStarted};
 pub use tear::BodyTorn;
 pub use touch::{BodyPair, ContactEnded, ContactStarted};
 
@@ -143,6 +145,8 @@ impl Plugin for SimulationPlugin {
             .add_message::<BodyEmitted>()
             .add_message::<ContactStarted>()
             .add_message::<ContactEnded>()
+            .add_message::<SurfaceContactStarted>()
+            .add_message::<SurfaceContactEnded>()
             .add_message::<Applied>()
             .register_type::<SoftBody>()
             .register_type::<BodyDensity>()
@@ -186,11 +190,13 @@ impl Plugin for SimulationPlugin {
                     .in_set(StepSystems::Begin),
                 step::run_substeps.in_set(StepSystems::Substeps),
                 (
+                    surface::collect.run_if(surface::is_recorded),
                     tear::tear,
                     renew::renew,
                     step::settle_grabs,
                     step::fall_asleep,
                     touch::report,
+                    surface::report,
                     emission::emit.run_if(emission::changes_bodies),
                     statistics::take,
                 )

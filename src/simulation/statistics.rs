@@ -20,9 +20,12 @@ use std::{collections::BTreeMap, time::Instant};
 #[derive(Resource, Debug, Clone, Copy, Default)]
 pub struct Measuring(pub bool);
 
-/// Whether the forces of ground and colliders on each particle are recorded in every tick, for
-/// [`field::contact_force`](crate::solver::field::contact_force); default false. It does not change
-/// the motion.
+/// Whether the forces of ground and colliders are recorded in every tick, for
+/// [`BodyContacts::surfaces`], the messages
+/// [`SurfaceContactStarted`](super::SurfaceContactStarted) and
+/// [`SurfaceContactEnded`](super::SurfaceContactEnded), and on each particle for
+/// [`field::contact_force`](crate::solver::field::contact_force); default false, which costs nothing.
+/// It does not change the motion.
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RecordContacts(pub bool);
 

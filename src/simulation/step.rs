@@ -210,7 +210,7 @@ impl UnderWay {
     }
 
     /// Simulated time of the tick [s].
-    fn seconds(&self) -> f64 {
+    pub fn seconds(&self) -> f64 {
         if self.ends_early() {
             self.settings.substep_seconds() * f64::from(self.substeps())
         } else {
@@ -305,6 +305,12 @@ pub(super) fn run_substeps(
             .filter_map(|&(_, entity)| world.get::<Collider>(entity));
         swept.fill(colliders, &settings, start);
         world.resource_mut::<CurrentSubstep>().swept = swept;
+        let is_recorded = world.resource::<RecordContacts>().0;
+        let colliders = &mut world.resource_mut::<BodyContacts>().colliders;
+        colliders.clear();
+        if is_recorded {
+            colliders.extend(sorted.iter().map(|(_, entity)| *entity));
+        }
         all(bodies, world).begin_tick();
         if world.resource::<EnergyLedger>().on {
             EnergyLedger::begin_tick(world, &settings, world.resource::<SimulationClock>().tick());

@@ -36,44 +36,78 @@ pub struct ContactEnded {
 pub struct BodyPair {
     /// The bodies, in the order in which they were spawned.
     pub bodies: [Entity; 2],
-    /// Force on the first one, the mean over the substeps of the tick [N]: normal forces and friction,
-    /// without the impulses of restitution.
+    /// Force on the first one, the mean over the substeps of the tick [N]: normal forces, friction and
+    /// the impulses of restitution.
     pub force: Vec3,
     /// Sum of the normal forces of all contacts of the two, the mean over the substeps [N].
     pub normal_force: f32,
 }
 
-/// Pairs of bodies in order, to find them.
-#[derive(Debug, Default)]
-pub(super) struct Known(Vec<[Entity; 2]>);
+/// What touched in the tick before, in order, to find it.
+#[derive(Debug)]
+pub(super) struct Known<T> {
+    before: Vec<T>,
+    now: Vec<T>,
+}
+
+impl<T> Default for Known<T> {
+    fn default() -> Self {
+        Self {
+            before: Vec::new(),
+            now: Vec::new(),
+        }
+    }
+}
+
+impl<T: Copy + Ord> Known<T> {
+    /// Compares what touches in this tick with what did before. What is not among it any more
+    /// `remains`, or has `ended`.
+    pub fn update(
+        &mut self,
+        touching: impl Iterator<Item = T>,
+        remains: impl Fn(&T) -> bool,
+        started: impl FnMut(T),
+        mut ended: impl FnMut(T),
+    ) {
+        let Self { before, now } = self;
+        now.clear();
+        now.extend(touching);
+        let new = now.iter().filter(|it| before.binary_search(it).is_err());
+        new.copied().for_each(started);
+        now.sort_unstable();
+        let count = now.len();
+        for it in &*before {
+            if now[..count].binary_search(it).is_ok() {
+                continue;
+            }
+            if remains(it) {
+                now.push(*it);
+            } else {
+                ended(*it);
+            }
+        }
+        now.sort_unstable();
+        std::mem::swap(before, now);
+    }
+}
 
 /// Compares the pairs of the tick with those before. Bodies that sleep on each other are not stepped
 /// and touch until one of them wakes.
 pub(super) fn report(
     contacts: Res<BodyContacts>,
     asleep: Query<(), (With<SoftBody>, With<Asleep>)>,
-    mut known: Local<Known>,
-    mut now: Local<Known>,
+    mut known: Local<Known<[Entity; 2]>>,
     mut started: MessageWriter<ContactStarted>,
     mut ended: MessageWriter<ContactEnded>,
 ) {
-    let (Known(known), Known(now)) = (&mut *known, &mut *now);
-    now.clear();
-    now.extend(contacts.pairs().map(|pair| pair.bodies));
-    let new = now.iter().filter(|pair| known.binary_search(pair).is_err());
-    started.write_batch(new.map(|&bodies| ContactStarted { bodies }));
-    now.sort_unstable();
-    let count = now.len();
-    for &bodies in &*known {
-        if now[..count].binary_search(&bodies).is_ok() {
-            continue;
-        }
-        if bodies.iter().all(|&body| asleep.contains(body)) {
-            now.push(bodies);
-        } else {
+    known.update(
+        contacts.pairs().map(|pair| pair.bodies),
+        |bodies| bodies.iter().all(|&body| asleep.contains(body)),
+        |bodies| {
+            started.write(ContactStarted { bodies });
+        },
+        |bodies| {
             ended.write(ContactEnded { bodies });
-        }
-    }
-    now.sort_unstable();
-    std::mem::swap(known, now);
+        },
+    );
 }

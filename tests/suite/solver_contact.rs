@@ -17,8 +17,9 @@ use pliant::{
     mesh::Primitive,
     simulation::{Asleep, BodyContacts, ContactEnded, ContactStarted, state_hash},
     solver::{
-        Bend, Body, Contact, ContactThickness, Effects, Friction, Grains, Particles, Pressure,
-        RepairTime, RestShape, Restitution, Rod, SelfContact, World, ledger, measure, reference,
+        Bend, Body, Contact, ContactThickness, Effects, Frequency, Friction, Grains, Particles,
+        Pressure, RepairTime, RestShape, Restitution, Rod, SelfContact, ShapeMatching, World,
+        ledger, measure, reference,
     },
 };
 
@@ -190,6 +191,52 @@ fn bodies_say_when_they_begin_and_cease_to_touch_and_with_which_force() {
     }
     ticks(&mut app, 1);
     assert_eq!(messages(&mut app), (vec![], vec![pair]));
+}
+
+/// The force between two bodies that bounce off each other is what changes their momentum, also by
+/// restitution: Σ F T = Δp, soft and rigid. Each of 600 substeps rounds the velocity of a particle in
+/// 24 bits, up to 20 times.
+#[test]
+fn the_force_between_bodies_that_bounce_changes_their_momentum() {
+    let matching = ShapeMatching {
+        frequency: Frequency::new(f32::INFINITY).expect("sound"),
+        ..ShapeMatching::default()
+    };
+    for is_rigid in [false, true] {
+        let thrown = |x: f32| {
+            let contact = contact(0.3).map(|contact| Contact {
+                restitution: Restitution::new(0.8).expect("sound"),
+                ..contact
+            });
+            let effects = Effects {
+                contact,
+                stretch: stretch(1e-5).filter(|_| !is_rigid),
+                shape_matching: Some(matching).filter(|_| is_rigid),
+                ..Effects::default()
+            };
+            let mut cube = with(body("cube", cube(0.3, 2), 1000.0), effects);
+            cube.translate(Vec3::new(x, 0.1 * x, 0.02));
+            cube.set_velocity(Vec3::X * -x.signum());
+            cube
+        };
+        let mut world = World {
+            settings: settings(0.0, 60.0, 10, 2),
+            bodies: vec![thrown(0.3), thrown(-0.3)],
+            ..World::default()
+        };
+        let momentum = |world: &World| measure::momentum(&world.bodies[0].particles);
+        let before = momentum(&world);
+        let mut impulse = DVec3::ZERO;
+        for _ in 0..60 {
+            world.tick();
+            impulse += world.contacts.pairs().map(|it| it.force).sum::<DVec3>() / 60.0;
+        }
+        let change = momentum(&world) - before;
+        assert!(change.x > 1.2 * before.length(), "it bounces: {change}");
+        let off = (change - impulse).length() / before.length();
+        let rounding = 600.0 * 20.0 / f64::from(1 << 24);
+        assert!(off < rounding, "rigid {is_rigid}: {impulse}, {change}");
+    }
 }
 
 /// At rest, contacts carry the weight: Σ(λₙn + λₜ)/h² = mg on the upper of two cubes. A velocity

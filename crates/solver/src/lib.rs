@@ -88,6 +88,7 @@ pub use contact::{
     path::Path,
     pose::Pose,
     shape::ColliderShape,
+    surface_force::{RigidSurface, SurfaceForce},
 };
 pub use direct::effect::Direct;
 pub use effects::{

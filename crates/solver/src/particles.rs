@@ -1,7 +1,7 @@
 //! The state of a body.
 
 use super::{Emission, History, SegmentState};
-use crate::repair::Repair;
+use crate::{contact::Pushes, repair::Repair};
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -295,6 +295,7 @@ impl Particles {
             carry: &mut self.carry,
             segments: &mut self.segments,
             spins: &mut self.spins,
+            pushes: &mut [],
         }
     }
 
@@ -375,6 +376,8 @@ pub struct Part<'a> {
     pub segments: &'a mut [SegmentState],
     /// As [`Particles::spins`].
     pub spins: &'a mut [Vec4],
+    /// Where contacts are recorded; empty unless they are.
+    pub(crate) pushes: &'a mut [Pushes],
 }
 
 impl<'a> Part<'a> {
@@ -388,6 +391,7 @@ impl<'a> Part<'a> {
         let (displacements, more_displacements) = self.displacements.split_at_mut(count);
         let (carry, more_carry) = self.carry.split_at_mut(count);
         let (spins, more_spins) = self.spins.split_at_mut(count.min(self.spins.len()));
+        let (pushes, more_pushes) = self.pushes.split_at_mut(count.min(self.pushes.len()));
         (
             Part {
                 positions,
@@ -395,6 +399,7 @@ impl<'a> Part<'a> {
                 carry,
                 segments: &mut [],
                 spins,
+                pushes,
             },
             Part {
                 positions: more_positions,
@@ -402,6 +407,7 @@ impl<'a> Part<'a> {
                 carry: more_carry,
                 segments: &mut [],
                 spins: more_spins,
+                pushes: more_pushes,
             },
         )
     }
@@ -415,6 +421,7 @@ impl<'a> Part<'a> {
             carry: self.carry,
             segments: self.segments,
             spins: self.spins,
+            pushes: self.pushes,
         }
     }
 

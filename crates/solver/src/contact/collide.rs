@@ -4,6 +4,7 @@ use super::{
     collider::SweptCollider,
     reference::{self, ContactDisplacement},
     response::{ContactPoint, Correction, Response},
+    surface_force::RigidSurface,
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -131,6 +132,10 @@ fn push_out(
                 carried,
             };
             let Correction { shift, start_shift } = response.apply(&touch, multiplier, spin);
+            if let Some(pushes) = particles.pushes.get_mut(i).filter(|_| pass.records()) {
+                let change = (shift - start_shift, touch.normal);
+                pushes.displaced(RigidSurface::Collider(number), change, (p.w, pass.h));
+            }
             *u = (moved + shift).as_vec3().extend(0.0);
             *c = (began + start_shift).as_vec3().extend(0.0);
             any = true;

@@ -3,6 +3,7 @@
 use super::{
     reference::{self, ContactDisplacement},
     response::{ContactPoint, Correction, Response},
+    surface_force::RigidSurface,
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -111,6 +112,10 @@ impl BodyEffect for Ground {
                     };
                     let Correction { shift, start_shift } =
                         response.apply(&touch, multiplier, spin);
+                    if let Some(pushes) = part.pushes.get_mut(i).filter(|_| pass.records()) {
+                        let change = (shift - start_shift, DVec3::Y);
+                        pushes.displaced(RigidSurface::Ground, change, (p.w, pass.h));
+                    }
                     *u = (moved + shift).as_vec3().extend(0.0);
                     *c = (began + start_shift).as_vec3().extend(0.0);
                     touched = true;
@@ -156,6 +161,7 @@ impl BodyEffect for StickyGround {
             let spin = spins.next();
             let radius = pass.topology.radius(pass.first + i);
             if (p.y - self.height.get()) + u.y < radius && p.w > 0.0 {
+                let before = u.truncate().as_dvec3();
                 if !pass.is_frictionless {
                     *u = *c;
                     if let Some(spin) = spin {
@@ -163,6 +169,10 @@ impl BodyEffect for StickyGround {
                     }
                 }
                 u.y = (self.height.get() - p.y) + radius;
+                if let Some(pushes) = part.pushes.get_mut(i).filter(|_| pass.records()) {
+                    let change = (u.truncate().as_dvec3() - before, DVec3::Y);
+                    pushes.displaced(RigidSurface::Ground, change, (p.w, pass.h));
+                }
                 touched = true;
             }
         }

@@ -50,6 +50,7 @@ pub(crate) mod pose;
 mod reference;
 mod response;
 pub(crate) mod shape;
+pub(crate) mod surface_force;
 
 pub use collider::{Swept, SweptCollider};
 pub use pairs::{
@@ -61,3 +62,4 @@ pub use shape::Exit;
 
 pub(crate) use reference::exit;
 pub(crate) use response::LEVER;
+pub(crate) use surface_force::{Push, Pushes, Recorded};

@@ -177,6 +177,13 @@ pub struct BodyPass<'a> {
     pub instructions: Instructions,
 }
 
+impl BodyPass<'_> {
+    /// Whether its contacts count: the energy ledger repeats a pass without friction.
+    pub(crate) fn records(&self) -> bool {
+        !self.is_frictionless
+    }
+}
+
 /// Particles of the reference.
 #[derive(Debug)]
 pub struct ReferenceParticles<'a> {

@@ -124,6 +124,7 @@ impl Plasticity {
             carry: displacements,
             segments: &mut [],
             spins: &mut [],
+            pushes: &mut [],
         };
         let law = |yields, limit| Law::new(yields, limit, self.creep, seconds);
         if effects.stretch.is_some()

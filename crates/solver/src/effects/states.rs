@@ -1,7 +1,7 @@
 //! States of the effects of a body.
 
 use super::body_kinds::BodyEffectStates;
-use crate::{ElasticKind, TearState, Topology};
+use crate::{ElasticKind, Particles, SurfaceForce, TearState, Topology, contact::Recorded};
 use glam::Vec4;
 
 /// State of the effects of a body between iterations, and for measurements: multipliers λ of
@@ -13,9 +13,12 @@ pub struct EffectStates {
     multipliers: [Vec<f32>; ElasticKind::COUNT],
     /// Sums of the displacements of averaged passes; zeros between them.
     sums: Vec<Vec4>,
-    /// Whether the multipliers of ground and colliders are kept after a substep with one pass over
-    /// them, to be measured; default false. It does not change the motion.
+    /// Whether forces of ground and colliders are recorded, for
+    /// [`surface_forces`](Self::surface_forces) and
+    /// [`field::contact_force`](crate::field::contact_force); default false. It does not change the
+    /// motion.
     pub records_contacts: bool,
+    pub(crate) recorded: Recorded,
     /// Limits of tearing.
     pub(crate) tear: Option<Box<TearState>>,
     /// States of effects without elements.
@@ -27,6 +30,24 @@ impl EffectStates {
     #[must_use]
     pub fn multipliers(&self, kind: ElasticKind) -> &[f32] {
         &self.multipliers[kind as usize]
+    }
+
+    /// Forces of ground and colliders on the body in the last tick, sorted by surface; none unless
+    /// [contacts are recorded](Self::records_contacts), and none of a body that sleeps.
+    #[must_use]
+    pub fn surface_forces(&self) -> &[SurfaceForce] {
+        &self.recorded.forces
+    }
+
+    /// Ends a tick of `seconds`: takes the forces of ground and colliders on these particles.
+    /// [`World`](crate::World) does so, before the body is torn.
+    pub fn end_contacts(&mut self, particles: &Particles, seconds: f64) {
+        self.recorded.end_tick(|i| particles.position(i), seconds);
+    }
+
+    /// Forgets the contacts of a tick that failed.
+    pub fn forget_contacts(&mut self) {
+        self.recorded.clear();
     }
 
     /// Allocates the multipliers of an effect, or frees them if they are not `kept`.
@@ -56,10 +77,11 @@ impl EffectStates {
     }
 
     /// Forgets what belongs to particles or elements, for another topology; what was measured in the
-    /// last substep remains.
+    /// last substep or tick remains.
     pub(crate) fn forget(&mut self) {
         let before = std::mem::take(self);
         self.records_contacts = before.records_contacts;
+        self.recorded = before.recorded;
         self.others.grab = before.others.grab.of_point();
         // Found anew in the next tick.
         self.others.grains = before.others.grains;
@@ -73,6 +95,7 @@ impl EffectStates {
             .map(|column| size_of_val(&column[..]))
             .sum::<usize>()
             + size_of_val(&self.sums[..])
+            + self.recorded.bytes()
             + self.tear.as_deref().map_or(0, TearState::bytes)
             + self.others.bytes()
     }

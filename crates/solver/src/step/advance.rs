@@ -131,6 +131,9 @@ impl Stepper<'_> {
         let rotating = effects.grains.filter(Grains::rotates);
         self.particles
             .allow_rotation(rotating.map(|_| &topology.radii[..]));
+        let is_recorded = self.states.records_contacts;
+        let particles = self.particles.len();
+        self.states.recorded.prepare(particles, is_recorded);
         let positions = &self.particles.positions;
         self.states.others.begin_tick(effects, topology, positions);
     }

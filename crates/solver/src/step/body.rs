@@ -144,6 +144,7 @@ impl Body {
             });
         }
         self.stepper().prepare(true);
+        self.states.recorded.forces.clear();
         self.tick_start.clone_from(&self.particles);
     }
 
@@ -163,9 +164,28 @@ impl Body {
     /// substeps before the failed one are finite, but usually already torn apart.
     pub fn advance(&mut self, context: &StepContext) {
         let substeps = 0..context.settings.substeps.get();
-        if let Err(error) = self.stepper().advance(substeps, context) {
-            self.quarantine = Some(self.find_cause(error, Quarantine::USER, context));
-            self.particles.restore_at_rest(&self.tick_start.positions);
+        let result = self.stepper().advance(substeps, context);
+        self.end_advance(result, Quarantine::USER, context);
+    }
+
+    /// Ends the substeps of a tick: takes the forces of contacts, or restores the body to the start
+    /// of the tick if it failed. The stage is `other` if none of the body caused it.
+    pub(crate) fn end_advance(
+        &mut self,
+        result: Result<(), NotFinite>,
+        other: &'static str,
+        context: &StepContext,
+    ) {
+        match result {
+            Ok(()) => {
+                let seconds = context.settings.tick_seconds();
+                self.states.end_contacts(&self.particles, seconds);
+            }
+            Err(error) => {
+                self.quarantine = Some(self.find_cause(error, other, context));
+                self.particles.restore_at_rest(&self.tick_start.positions);
+                self.states.forget_contacts();
+            }
         }
     }
 

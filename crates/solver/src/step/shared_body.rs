@@ -8,8 +8,8 @@
 
 use super::{scope::Column, stepper::Stepper};
 use crate::{
-    ElasticKind, SegmentState, direct::DirectWorkspace, effects::body_kinds::SharedStates,
-    particles::Part, partitions::Piece,
+    ElasticKind, SegmentState, contact::Pushes, direct::DirectWorkspace,
+    effects::body_kinds::SharedStates, particles::Part, partitions::Piece,
 };
 use glam::Vec4;
 use std::{
@@ -27,6 +27,7 @@ pub(crate) struct SharedBody<'a> {
     particles: usize,
     segments: Column<SegmentState>,
     spins: Column<Vec4>,
+    pushes: Column<Pushes>,
     multipliers: [Column<f32>; ElasticKind::COUNT],
     sums: Column<Vec4>,
     /// States of effects without elements.
@@ -56,6 +57,7 @@ impl<'a> SharedBody<'a> {
             particles: count,
             segments: Column::of(&mut particles.segments),
             spins: Column::of(&mut particles.spins),
+            pushes: Column::of(&mut body.states.recorded.pushes),
             sums: Column::of(body.states.sums()),
             multipliers: body
                 .states
@@ -94,6 +96,7 @@ impl<'a> SharedBody<'a> {
                 carry: slice::from_raw_parts_mut(self.carry.add(start), count),
                 segments: self.segments.part(segments),
                 spins: self.spins.part(start..end),
+                pushes: self.pushes.part(start..end),
             }
         }
     }

@@ -25,7 +25,10 @@ use super::{
 };
 use crate::{
     Contacts, Effects, ForceKind, Stitches, Threads, Topology, WorkEstimate,
-    contact::pairs::{Between, ContactPart, Tangible},
+    contact::{
+        Push,
+        pairs::{Between, ContactPart, Tangible},
+    },
     effects::body_kinds::BodyEffectKind,
     ledger::{Cause, EnergyTracker, Ledger},
     measure,
@@ -150,6 +153,16 @@ impl Tangible for GroupedBody<'_> {
 
     fn touch(&mut self) {
         self.body.particles.touch();
+    }
+
+    fn records_contacts(&self) -> bool {
+        self.is_active() && self.body.states.records_contacts
+    }
+
+    fn record(&mut self, particle: usize, push: Push) {
+        if let Some(pushes) = self.body.states.recorded.pushes.get_mut(particle) {
+            pushes.add(push);
+        }
     }
 }
 

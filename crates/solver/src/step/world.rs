@@ -167,9 +167,6 @@ impl World {
         if changes {
             self.contacts.invalidate();
         }
-        if changes {
-            self.contacts.invalidate();
-        }
     }
 
     /// Removes a body. Stitches of others to it break; these and bodies that rested on it wake.
@@ -263,14 +260,14 @@ fn advance_together(bodies: &mut [Member], contacts: &mut Contacts, context: &St
     together::advance(&mut group, contacts, substeps, false, context);
     let results: Vec<_> = group.into_iter().map(|it| it.result).collect();
     for (Member { body, .. }, result) in bodies.iter_mut().zip(results) {
-        if let Err(error) = result {
-            let other = match body.effects.touches_surfaces(context.swept.has_meshes()) {
-                true => Quarantine::CONTACT,
-                false => Quarantine::JOINTS,
-            };
-            body.quarantine = Some(body.find_cause(error, other, context));
-            body.particles.restore_at_rest(&body.tick_start.positions);
+        if !body.is_active() {
+            continue;
         }
+        let other = match body.effects.touches_surfaces(context.swept.has_meshes()) {
+            true => Quarantine::CONTACT,
+            false => Quarantine::JOINTS,
+        };
+        body.end_advance(result.map(drop), other, context);
     }
 }
 

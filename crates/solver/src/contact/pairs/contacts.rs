@@ -474,17 +474,23 @@ impl Contacts {
         self.cut(bodies, step.count, threads);
     }
 
-    /// Ends a substep, after the last stage: applies restitution and records which bodies touch.
+    /// Ends a substep, after the last stage: records which bodies touch, applies restitution, and
+    /// adds up forces.
     pub(crate) fn end(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
         self.update_touching();
-        let between = &self.rows[Between::Bodies as usize];
-        self.sums.add(between, self.h, &self.active);
         let rows = || self.rows.iter().flatten();
         self.counts.near = rows().count();
         self.counts.acting = rows().filter(|row| row.acts()).count();
-        if !rows().any(ContactRow::may_bounce) {
-            return;
+        if rows().any(ContactRow::may_bounce) {
+            self.bounce(bodies, step);
         }
+        let between = &self.rows[Between::Bodies as usize];
+        self.sums.add(between, self.h, &self.active);
+        self.record(bodies);
+    }
+
+    /// Applies restitution.
+    fn bounce(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
         for it in &mut self.active {
             if let Some(body) = bodies.get(it.body as usize) {
                 it.motion = body.motion(it.particle as usize);

@@ -15,6 +15,7 @@ mod self_crossing;
 mod self_untangle;
 mod stitched;
 pub(crate) mod sums;
+mod surfaces;
 mod tangible;
 mod tangle;
 mod truncate;

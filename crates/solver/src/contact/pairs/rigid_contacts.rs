@@ -7,7 +7,7 @@ use super::{
     tangible::Tangible,
 };
 use crate::{
-    Substep,
+    RigidSurface, Substep,
     contact::{collider::SweptCollider, shape::Exit},
 };
 use glam::DVec3;
@@ -96,6 +96,7 @@ impl Contacts {
                     let gap = start.y - f64::from(ground.height.get());
                     if gap < near {
                         add(Plane {
+                            surface: RigidSurface::Ground,
                             normal: DVec3::Y,
                             height: f64::from(ground.height.get()),
                             gap,
@@ -109,7 +110,8 @@ impl Contacts {
                 let Some(collide) = effects.collide else {
                     continue;
                 };
-                for SweptCollider { shape, from, to } in colliders {
+                for (number, collider) in (0..).zip(colliders) {
+                    let SweptCollider { shape, from, to } = collider;
                     let carried = |x: DVec3| to.apply(x) - from.apply(x);
                     let before = from.undo(start);
                     let gap = shape.distance(before);
@@ -124,6 +126,7 @@ impl Contacts {
                     let surface = after + normal * depth;
                     let normal = to.rotation * normal;
                     add(Plane {
+                        surface: RigidSurface::Collider(number),
                         normal,
                         height: normal.dot(to.apply(surface)),
                         gap,

@@ -17,6 +17,7 @@
 //! Dynamics* (2020), for the normal constraint and restitution.
 
 use super::{closest::weighted, params::PairParams, rigid::Rigid};
+use crate::RigidSurface;
 use glam::DVec3;
 
 /// Force of an active contact.
@@ -83,6 +84,8 @@ impl Active {
 /// Plane that a particle of a rigid body must not pass in a substep.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plane {
+    /// What it belongs to.
+    pub surface: RigidSurface,
     /// Outward unit normal.
     pub normal: DVec3,
     /// n·x of its points at the end of the substep [m].
@@ -119,8 +122,8 @@ pub(super) struct ContactRow {
     arms: [DVec3; 2],
     /// Displacement of a plane [m].
     carried: DVec3,
-    /// Whether it is the contact of one particle with a plane.
-    is_fixed: bool,
+    /// What the plane belongs to, if it is the contact of one particle with a plane.
+    plane: Option<RigidSurface>,
     /// Whether its surfaces separate at their recovery speed.
     recovers: bool,
     /// λₙ [kg·m].
@@ -180,7 +183,7 @@ impl ContactRow {
             rigids: [NO_INDEX; 2],
             arms: [DVec3::ZERO; 2],
             carried: DVec3::ZERO,
-            is_fixed: false,
+            plane: None,
             recovers: gap + pair.recovery < distance,
             normal_multiplier: 0.0,
             friction_multiplier: DVec3::ZERO,
@@ -217,7 +220,7 @@ impl ContactRow {
             rigids: [it.rigid, NO_INDEX],
             arms: [arm, DVec3::ZERO],
             carried: plane.carried,
-            is_fixed: true,
+            plane: Some(plane.surface),
             recovers: plane.gap + plane.recovery < 0.0,
             normal_multiplier: 0.0,
             friction_multiplier: DVec3::ZERO,
@@ -250,7 +253,12 @@ impl ContactRow {
 
     /// Whether it is the contact of one particle with a plane.
     pub fn is_fixed(&self) -> bool {
-        self.is_fixed
+        self.plane.is_some()
+    }
+
+    /// What the plane belongs to, if it is the contact of one particle with a plane.
+    pub fn plane(&self) -> Option<RigidSurface> {
+        self.plane
     }
 
     /// Distance at the start of the substep [m].
@@ -283,7 +291,7 @@ impl ContactRow {
 
     /// Distance that two surfaces keep [m]; 0 from a plane.
     pub fn thickness(&self) -> f64 {
-        if self.is_fixed { 0.0 } else { self.distance }
+        if self.is_fixed() { 0.0 } else { self.distance }
     }
 
     /// Index of the rigid body, sign of the weights and arm of either side.
@@ -299,7 +307,7 @@ impl ContactRow {
 
     /// Whether two bodies touched at the start of the substep.
     pub fn touches(&self) -> bool {
-        !self.is_fixed && self.gap <= TOUCHING * self.distance
+        !self.is_fixed() && self.gap <= TOUCHING * self.distance
     }
 
     /// Whether it exerts a force.
@@ -310,17 +318,20 @@ impl ContactRow {
     /// Indices of the bodies of its two sides; `u32::MAX` for a collider.
     pub fn bodies(&self, active: &[Active]) -> [u32; 2] {
         let [first, last] = self.ends().map(|corner| active[corner as usize].body);
-        [first, if self.is_fixed { NO_INDEX } else { last }]
+        [first, if self.is_fixed() { NO_INDEX } else { last }]
     }
 
-    /// Normal force, and force on the first body with friction, in the substep of `h` seconds [N].
-    pub fn total_force(&self, h: f64) -> (f64, DVec3) {
-        let per_square = 1.0 / (h * h);
-        let normal = self.normal_multiplier * per_square;
-        (
-            normal,
-            self.normal * normal + self.friction_multiplier * per_square,
-        )
+    /// Impulse along the normal, and all of it on the first body, in the substep of `h` seconds with
+    /// the change of velocity after it [N·s].
+    pub fn total_impulse(&self, h: f64) -> (f64, DVec3) {
+        let normal = (self.normal_multiplier + self.velocity_multiplier) / h;
+        (normal, self.normal * normal + self.friction_multiplier / h)
+    }
+
+    /// Its corners with their weights: those of the first body are positive, those of the second
+    /// one negative.
+    pub fn weighted_corners(&self) -> impl Iterator<Item = (u32, f64)> {
+        self.corners.into_iter().zip(self.weights)
     }
 
     /// Its force in the substep of `h` seconds.
@@ -331,8 +342,8 @@ impl ContactRow {
         let first = weighted(self.weights.map(|weight| weight.max(0.0)), x);
         let body = |it: &Active| (it.body != NO_INDEX).then_some(it.body);
         ContactForce {
-            bodies: [body(of[0]), body(of[3]).filter(|_| !self.is_fixed)],
-            point: match self.is_fixed {
+            bodies: [body(of[0]), body(of[3]).filter(|_| !self.is_fixed())],
+            point: match self.is_fixed() {
                 true => first,
                 false => first - weighted(self.weights, x) * 0.5,
             },
@@ -459,7 +470,9 @@ impl ContactRow {
             self.velocity_multiplier += impulse;
             impulse
         } else {
-            (-self.restitution * self.approach - leaves).max(0.0) / self.inverse_mass
+            let impulse = (-self.restitution * self.approach - leaves).max(0.0) / self.inverse_mass;
+            self.velocity_multiplier += impulse;
+            impulse
         };
         let impulse = self.normal * impulse;
         self.push(impulse, active, rigids, |it| &mut it.motion);

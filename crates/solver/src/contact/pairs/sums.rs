@@ -9,8 +9,8 @@ use glam::DVec3;
 pub struct PairContact {
     /// Places of the bodies among those that are stepped together, in ascending order.
     pub bodies: [u32; 2],
-    /// Mean force on the first one over the substeps of the tick so far [N]: normal forces and
-    /// friction, without the impulses of restitution.
+    /// Mean force on the first one over the substeps of the tick so far [N]: normal forces, friction
+    /// and the impulses of restitution.
     pub force: DVec3,
     /// Mean sum of the normal forces of all contacts of the two [N].
     pub normal_force: f64,
@@ -56,9 +56,9 @@ impl Sums {
                     place
                 });
             }
-            let (normal_force, force) = row.total_force(h);
-            self.pairs[last].normal_force += normal_force;
-            self.pairs[last].force += force * sign;
+            let (normal, impulse) = row.total_impulse(h);
+            self.pairs[last].normal_force += normal / h;
+            self.pairs[last].force += impulse * (sign / h);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Interface between contacts and bodies.
 
-use crate::{Effects, Stitches, Topology};
+use crate::{Effects, Stitches, Topology, contact::Push};
 use glam::DVec3;
 
 /// A body as contacts see it.
@@ -39,4 +39,10 @@ pub(crate) trait Tangible {
     fn accelerate(&mut self, i: usize, by: DVec3);
     /// Records that a contact has acted.
     fn touch(&mut self);
+    /// Whether impulses of ground and colliders are recorded.
+    fn records_contacts(&self) -> bool {
+        false
+    }
+    /// Records an impulse on a particle.
+    fn record(&mut self, _particle: usize, _push: Push) {}
 }
