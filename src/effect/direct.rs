@@ -34,6 +34,12 @@ impl Effect for Direct {
     fn unfit(body: &EntityRef, settings: &Settings) -> Option<String> {
         let topology = &body.get::<SoftBody>()?.0;
         let effects = plain::effects(*body);
+        let workspace = body.get::<BodyDirectWorkspace>();
+        if settings.method.has_direct()
+            && workspace.is_some_and(|it| it.0.has_plan(topology, &effects))
+        {
+            return None;
+        }
         direct::refused(topology, &effects, settings.method).map(|reason| reason.to_string())
     }
 

@@ -196,6 +196,8 @@ pub struct EffectInfo {
     has_own_order: bool,
     add_systems: fn(&mut Schedules),
     is_carried: fn(&mut World) -> bool,
+    /// As `set`, but it does not count as a change of the body, which would wake it.
+    pub(crate) try_out: fn(&mut EntityWorldMut, usize, f64) -> Option<Result<(), InvalidValue>>,
 }
 
 impl EffectInfo {
@@ -231,6 +233,11 @@ impl EffectInfo {
                     effect.set_changed();
                 }
                 Some(result)
+            },
+            try_out: |body, index, value| {
+                let parameter = E::PARAMETERS.get(index)?;
+                let mut effect = body.get_mut::<E>()?;
+                Some((parameter.set)(effect.bypass_change_detection(), value))
             },
             insert_default: E::when_added().is_some().then_some(|body| {
                 if let Some(effect) = E::when_added() {

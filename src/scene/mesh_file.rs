@@ -126,8 +126,8 @@ pub fn material(topology: &Topology) -> (Density, SceneEffects) {
 /// What to look at: the file, and how it was changed.
 fn look_at(file: &str, options: &BuildOptions) -> String {
     let kind = match options.treatment {
-        Treatment::Fill => "soft body",
         Treatment::Shell => "cloth, as its surface is not closed",
+        _ => "soft body",
     };
     let scaled = options.size.map_or_else(String::new, |size| {
         format!(" It is scaled to {size} m, as its own size is implausible in meters.")

@@ -79,10 +79,7 @@ pub(super) fn check_input(
     for (entity, name, body, mut particles, start) in &mut bodies {
         if let Some(particle) = particles.first_unfit(body.particles()) {
             particles.restore_at_rest(&start.positions);
-            let quarantine = Quarantine {
-                vertex: body.vertex(particle),
-                stage: Quarantine::INPUT,
-            };
+            let quarantine = Quarantine::new(body.vertex(particle), Quarantine::INPUT);
             messages.write(quarantine::message(entity, name, &quarantine));
             commands.entity(entity).insert(Quarantined(quarantine));
         }

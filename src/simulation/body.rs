@@ -16,6 +16,25 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A soft body: its immutable part, shared with its copies.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::prelude::*;
+///
+/// /// Three cubes of 20 cm above each other.
+/// fn spawn(mut commands: Commands) {
+///     let cube = SoftBody::cuboid(Vec3::splat(0.2), UVec3::splat(4)); // m
+///     for height in 1..4 {
+///         let place = Vec3::Y * height as f32; // m
+///         commands.spawn((cube.clone().at(place).build(), Stretch::default(), Volume::default()));
+///     }
+/// }
+///
+/// let mut app = App::new();
+/// app.add_plugins((MinimalPlugins, SoftBodyPlugins::default())).add_systems(Startup, spawn);
+/// app.update();
+/// assert_eq!(app.world_mut().query::<&SoftBody>().iter(app.world()).count(), 3);
+/// ```
 #[derive(Component, Debug, Clone, Deref, Reflect)]
 #[reflect(opaque)]
 #[reflect(Component, Debug, Clone)]

@@ -42,7 +42,7 @@ pub(super) fn message(
     quarantine: &Quarantine,
 ) -> BodyQuarantined {
     let name = shown_name(body, name);
-    let Quarantine { vertex, stage } = quarantine;
+    let Quarantine { vertex, stage, .. } = quarantine;
     let what = match *stage {
         Quarantine::INPUT => format!(
             "was set to a state that cannot be stepped (vertex {vertex}, as input: not finite, or columns of \

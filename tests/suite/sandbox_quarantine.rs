@@ -131,10 +131,7 @@ fn of_many_bodies_each_can_be_restored_and_the_card_stays_in_the_smallest_window
 
 #[test]
 fn non_finite_input_is_not_attributed_to_a_stage() {
-    let quarantine = |stage| Quarantine {
-        vertex: VertexIndex(4),
-        stage,
-    };
+    let quarantine = |stage| Quarantine::new(VertexIndex(4), stage);
     assert_eq!(
         reason(&quarantine("input")),
         "non-finite input for vertex 4"

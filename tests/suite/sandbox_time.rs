@@ -346,10 +346,7 @@ fn every_kind_of_action_is_undone_and_redone() {
         let sample = samples(&mut app).swap_remove(index);
         seen.insert(kind(&sample));
         if matches!(sample, Action::Restore { .. }) {
-            let quarantine = Quarantine {
-                vertex: VertexIndex(0),
-                stage: Quarantine::USER,
-            };
+            let quarantine = Quarantine::new(VertexIndex(0), Quarantine::USER);
             app.world_mut()
                 .entity_mut(body)
                 .insert(Quarantined(quarantine));

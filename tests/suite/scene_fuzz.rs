@@ -144,6 +144,7 @@ fn requested_elements(spec: &BodySpec) -> f64 {
             f64::from(size.x) * f64::from(size.y) * f64::from(size.z)
                 / (2.0 * f64::from(radius)).powi(3)
         }
+        (Some(other), _) => panic!("no estimate for {other:?}: add one"),
         (None, Some(mesh)) if mesh.treatment == Treatment::Shell => 10.0,
         // A lattice of cubes, with one more on each side; 40 by default.
         (None, Some(mesh)) => 12.0 * (number(mesh.cells.unwrap_or(40)) + 2.0).powi(3),

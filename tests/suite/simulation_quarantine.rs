@@ -67,10 +67,7 @@ fn assert_other_undisturbed(app: &App, other: Entity) {
 #[test]
 fn a_nan_written_into_a_position_quarantines_that_body_alone_and_names_it() {
     let (mut app, bodies, last_finite) = spoilt(|particles| particles.positions[3].y = f32::NAN);
-    let expected = Quarantine {
-        vertex: VertexIndex(3),
-        stage: "input",
-    };
+    let expected = Quarantine::new(VertexIndex(3), "input");
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
     let frozen = particles(&app, bodies[0]);
     // At the start of the last finite tick, and at rest.
@@ -95,10 +92,7 @@ fn a_nan_written_into_a_position_quarantines_that_body_alone_and_names_it() {
 #[test]
 fn infinite_velocities_are_caught_like_positions() {
     let (app, bodies, _) = spoilt(|particles| particles.displacements[5].x = f32::INFINITY);
-    let expected = Quarantine {
-        vertex: VertexIndex(5),
-        stage: "input",
-    };
+    let expected = Quarantine::new(VertexIndex(5), "input");
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
     assert_other_undisturbed(&app, bodies[1]);
 }
@@ -155,10 +149,7 @@ fn a_users_system_that_writes_nan_is_named_as_such() {
     let (mut app, bodies, _) = app_of(&cubes());
     app.add_systems(SolveSchedule, spoil.in_set(SolvePhase::User));
     ticks(&mut app, 60);
-    let expected = Quarantine {
-        vertex: VertexIndex(0),
-        stage: "a user's system",
-    };
+    let expected = Quarantine::new(VertexIndex(0), "a user's system");
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
     assert_other_undisturbed(&app, bodies[1]);
 }

@@ -7,9 +7,14 @@ use pliant::{
         Collide, Effect, EffectPlugin, EffectPlugins, EffectUnfit, Pressure, Stretch, Volume,
         needs_plugin,
     },
-    simulation::{Action, SimulationPlugin, SimulationSettings, SoftBody},
-    solver::{Grab, ParticleIndex, SurfacePoint, VertexIndex, deform::Deformation},
+    mesh::Primitive,
+    simulation::{Action, Asleep, SimulationPlugin, SimulationSettings, SoftBody},
+    solver::{
+        Body, Density, Direct, Effects, Grab, NeoHookean, ParticleIndex, SurfacePoint, Topology,
+        VertexIndex, World, deform::Deformation,
+    },
 };
+use std::sync::Arc;
 
 /// The message of an action that must be rejected and change nothing.
 #[track_caller]
@@ -145,6 +150,116 @@ fn a_particle_or_an_effect_that_does_not_exist_is_refused() {
         message.contains("breeze") && message.contains("sticky_ground"),
         "{message}"
     );
+}
+
+/// An app with a sleeping cube of `cells`³ cells with these effects.
+fn sleeping_cube(cells: u32, effects: Effects) -> (App, Entity) {
+    let size = Vec3::ONE;
+    let cells = UVec3::splat(cells);
+    let mesh = Primitive::Box { size, cells }.build().expect("sound");
+    let topology = Arc::new(Topology::new(mesh.shape).expect("sound"));
+    let mut body = Body::new("cube", topology, Density::of(1000.0));
+    body.effects = effects;
+    body.update_masses();
+    let mut world = World {
+        bodies: vec![body],
+        ..World::default()
+    };
+    world.settings.set_gravity(Vec3::ZERO).expect("finite");
+    let (mut app, bodies, _) = app_of(&world);
+    ticks(&mut app, 2);
+    app.world_mut().entity_mut(bodies[0]).insert(Asleep);
+    ticks(&mut app, 2);
+    assert!(app.world().get::<Asleep>(bodies[0]).is_some(), "it sleeps");
+    (app, bodies[0])
+}
+
+/// A body that carries an effect which cannot act on it is saved as a scene that does not load.
+#[test]
+fn a_parameter_that_stops_another_effect_is_refused_and_wakes_nothing() {
+    let effects = Effects {
+        neo_hookean: Some(NeoHookean::default()),
+        direct: Some(Direct::ALWAYS),
+        ..Effects::default()
+    };
+    let (mut app, body) = sleeping_cube(2, effects);
+    let modulus = |app: &App| {
+        app.world()
+            .get::<NeoHookean>(body)
+            .map(|it| it.youngs_modulus)
+    };
+    let before = modulus(&app);
+    let message = refused(
+        &mut app,
+        set(body, "neo_hookean", "youngs_modulus", f64::INFINITY),
+    );
+    assert!(
+        message.starts_with("cannot change neo_hookean.youngs_modulus: "),
+        "{message}"
+    );
+    assert!(
+        message.contains("direct") && message.contains("finite Young's modulus"),
+        "{message}"
+    );
+    assert_eq!(modulus(&app), before);
+    ticks(&mut app, 1);
+    assert!(
+        app.world().get::<Asleep>(body).is_some(),
+        "a refused value woke it"
+    );
+    // Other values, and those of a body without the direct solver, are accepted.
+    assert!(done(&mut app, set(body, "neo_hookean", "youngs_modulus", 2e6)).is_empty());
+    app.world_mut().entity_mut(body).remove::<Direct>();
+    let rigid = set(body, "neo_hookean", "youngs_modulus", f64::INFINITY);
+    assert!(done(&mut app, rigid).is_empty());
+}
+
+/// The factorization of twelve cells along each side exceeds the limit, once something couples them.
+#[test]
+fn an_effect_that_stops_another_one_is_not_added_and_wakes_nothing() {
+    let effects = Effects {
+        direct: Some(Direct::ALWAYS),
+        ..Effects::default()
+    };
+    let add = |body| Action::AddEffect {
+        body,
+        effect: "stretch".into(),
+    };
+    let (mut app, body) = sleeping_cube(12, effects);
+    let message = refused(&mut app, add(body));
+    assert!(
+        message.starts_with("cannot add stretch to the body: "),
+        "{message}"
+    );
+    assert!(
+        message.contains("direct") && message.contains("use fewer cells"),
+        "{message}"
+    );
+    assert!(app.world().get::<Stretch>(body).is_none());
+    ticks(&mut app, 1);
+    assert!(
+        app.world().get::<Asleep>(body).is_some(),
+        "a refused effect woke it"
+    );
+
+    let (mut app, body) = sleeping_cube(2, effects);
+    assert!(done(&mut app, add(body)).is_empty());
+    assert!(app.world().get::<Stretch>(body).is_some());
+}
+
+/// Where something is already unfit, its body can still be edited.
+#[test]
+fn an_unfit_body_can_be_changed() {
+    let effects = Effects {
+        stretch: Some(Stretch::default()),
+        direct: Some(Direct::ALWAYS),
+        ..Effects::default()
+    };
+    let (mut app, body) = sleeping_cube(12, effects);
+    assert!(done(&mut app, set(body, "stretch", "compliance", 1e-3)).is_empty());
+    let effect = "volume".into();
+    assert!(done(&mut app, Action::AddEffect { body, effect }).is_empty());
+    assert!(app.world().get::<Volume>(body).is_some());
 }
 
 /// An effect that has nothing to act on is refused as an action, and as a component it says so.

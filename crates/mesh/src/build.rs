@@ -51,6 +51,7 @@ pub struct BuildOptions {
 
 /// Meaning of a closed surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Treatment {
     /// The boundary of a solid: it is filled with tetrahedra and follows them as a skin.
     #[default]

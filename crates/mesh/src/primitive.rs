@@ -29,6 +29,7 @@ const FATTEST_TORUS: f32 = 0.95;
 /// A parametric shape. Sizes are in meters, from 1e-7 to 1e7.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Primitive {
     /// A solid box. Each cell has five tetrahedra, mirrored from cell to cell to avoid a preferred
     /// direction.

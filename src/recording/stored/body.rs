@@ -142,11 +142,10 @@ impl StoredBody {
             .map_err(|error| wrong(error.to_string()))?;
         let quarantine = match &self.quarantine {
             None => None,
-            Some((vertex, stage)) => Some(Quarantine {
-                vertex: *vertex,
-                stage: stage_called(stage)
-                    .ok_or_else(|| wrong(format!("unknown stage “{stage}”")))?,
-            }),
+            Some((vertex, stage)) => Some(Quarantine::new(
+                *vertex,
+                stage_called(stage).ok_or_else(|| wrong(format!("unknown stage “{stage}”")))?,
+            )),
         };
         let seconds = self.particles.substep_seconds();
         if !(seconds.is_finite() && seconds > 0.0) {

@@ -72,7 +72,7 @@ impl Plugin for QuarantinePlugin {
 /// Location and reason, as part of a sentence.
 #[must_use]
 pub fn reason(quarantine: &Quarantine) -> String {
-    let Quarantine { vertex, stage } = quarantine;
+    let Quarantine { vertex, stage, .. } = quarantine;
     if *stage == Quarantine::INPUT {
         format!("non-finite input for vertex {vertex}")
     } else {

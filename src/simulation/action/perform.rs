@@ -9,7 +9,7 @@ use crate::{
     },
     solver::{
         CollisionIterations, Grab, InvalidValue, Iterations, KeepSpin, Order, Particles, Rate,
-        SmoothingIterations, Substeps, Topology, VertexIndex,
+        Settings, SmoothingIterations, Substeps, Topology, VertexIndex,
         deform::{self, reset_shape},
     },
 };
@@ -32,21 +32,40 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
         } => set_parameter(world, *body, effect, parameter, *value),
         Action::AddEffect { body, effect } => {
             let info = find_effect(world, effect)?;
-            let (present, unfit, add) = (info.present, info.unfit, info.insert_default);
-            let settings = **world.resource::<SimulationSettings>();
+            let (present, unfit) = (info.present, info.unfit);
+            let (add, remove) = (info.insert_default, info.remove);
+            let fitness = Fitness::of(world);
             let mut entity = body_mut(world, *body)?;
             if present(&EntityRef::from(&entity)) {
-                Ok(())
-            } else if let Some(reason) = unfit(&EntityRef::from(&entity), &settings) {
-                let effect = effect.clone();
-                Err(ActionError::Unfit { effect, reason })
-            } else if let Some(add) = add {
-                add(&mut entity);
-                wake(&mut entity);
-                Ok(())
-            } else {
-                Err(ActionError::Absent(effect.clone()))
+                return Ok(());
             }
+            if let Some(reason) = unfit(&EntityRef::from(&entity), &fitness.settings) {
+                let effect = effect.clone();
+                return Err(ActionError::Unfit { effect, reason });
+            }
+            let add = add.ok_or_else(|| ActionError::Absent(effect.clone()))?;
+            let rest = entity.get::<RestTimer>().copied();
+            let is_asleep = entity.contains::<Asleep>();
+            add(&mut entity);
+            let unfit = fitness.unfit(&entity);
+            if !unfit.is_empty() {
+                remove(&mut entity);
+                let reason = fitness.reason_of_change(&entity, effect, unfit);
+                if let Some(reason) = reason {
+                    // Removal of an effect wakes a body.
+                    if is_asleep {
+                        entity.insert(Asleep);
+                    }
+                    if let Some(rest) = rest {
+                        entity.insert(rest);
+                    }
+                    let effect = effect.clone();
+                    return Err(ActionError::Unfit { effect, reason });
+                }
+                add(&mut entity);
+            }
+            wake(&mut entity);
+            Ok(())
         }
         Action::RemoveEffect { body, effect } => {
             let remove = find_effect(world, effect)?.remove;
@@ -180,6 +199,58 @@ fn find_effect<'w>(
     })
 }
 
+/// Which effects cannot act on a body that carries them. A scene with such a body may not load again.
+struct Fitness {
+    /// Name of each effect, whether a body carries it, and the reason why it cannot act on it.
+    effects: Vec<EffectFitness>,
+    settings: Settings,
+}
+
+type EffectFitness = (
+    &'static str,
+    fn(&EntityRef) -> bool,
+    fn(&EntityRef, &Settings) -> Option<String>,
+);
+
+impl Fitness {
+    fn of(world: &World) -> Self {
+        let effects = world.resource::<EffectRegistry>().iter();
+        Self {
+            effects: effects
+                .map(|info| (info.name, info.present, info.unfit))
+                .collect(),
+            settings: **world.resource::<SimulationSettings>(),
+        }
+    }
+
+    /// Effects that the body carries and that cannot act on it, with the reason.
+    fn unfit(&self, body: &EntityWorldMut) -> Vec<(&'static str, String)> {
+        let body = EntityRef::from(body);
+        let carried = self.effects.iter().filter(|(_, present, _)| present(&body));
+        carried
+            .filter_map(|(name, _, unfit)| Some((*name, unfit(&body, &self.settings)?)))
+            .collect()
+    }
+
+    /// Reason against a change of an effect, given what is unfit after it: an effect that is not
+    /// unfit on the body as it was before.
+    fn reason_of_change(
+        &self,
+        before: &EntityWorldMut,
+        changed: &str,
+        after: Vec<(&'static str, String)>,
+    ) -> Option<String> {
+        let before = self.unfit(before);
+        let is_new = |name: &str| before.iter().all(|(other, _)| *other != name);
+        let (name, reason) = after.into_iter().find(|(name, _)| is_new(name))?;
+        Some(if name == changed {
+            reason
+        } else {
+            format!("the effect {name} of the body could no longer act: {reason}")
+        })
+    }
+}
+
 fn set_parameter(
     world: &mut World,
     body: Entity,
@@ -195,23 +266,23 @@ fn set_parameter(
             name: format!("{effect}.{parameter}"),
             valid: info.parameter_names(),
         })?;
-    let (get, set, unfit) = (info.get, info.set, info.unfit);
-    let settings = **world.resource::<SimulationSettings>();
+    let (get, set, try_out) = (info.get, info.set, info.try_out);
+    let fitness = Fitness::of(world);
     let mut entity = body_mut(world, body)?;
     let before = get(&EntityRef::from(&entity), index);
-    match set(&mut entity, index, value) {
+    match try_out(&mut entity, index, value) {
         Some(Ok(())) => {
+            let unfit = fitness.unfit(&entity);
             if let Some(before) = before
-                && let Some(reason) = unfit(&EntityRef::from(&entity), &settings)
+                && !unfit.is_empty()
             {
-                set(&mut entity, index, before);
-                let was_fit = unfit(&EntityRef::from(&entity), &settings).is_none();
-                if was_fit {
+                try_out(&mut entity, index, before);
+                if let Some(reason) = fitness.reason_of_change(&entity, effect, unfit) {
                     let parameter = format!("{effect}.{parameter}");
                     return Err(ActionError::UnfitParameter { parameter, reason });
                 }
-                set(&mut entity, index, value);
             }
+            set(&mut entity, index, value);
             rouse(&mut entity);
             Ok(())
         }

@@ -20,6 +20,18 @@ use glam::{DMat3, DVec3, Mat3A, Vec3A, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// The body stays out of colliders.
+///
+/// ```
+/// use pliant_solver::{Collide, Friction, Restitution};
+///
+/// // Smooth rubber.
+/// let collide = Collide {
+///     friction: Friction::of(1.0),
+///     restitution: Restitution::of(0.6),
+///     ..Collide::default()
+/// };
+/// # assert_ne!(collide, Collide::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -4,6 +4,18 @@ use crate::{ColliderMesh, ColliderShape, InvalidValue, Path, Pose, Settings};
 use glam::{DVec3, Vec3};
 
 /// A rigid shape that bodies with [`Collide`](crate::Collide) cannot enter. Contacts do not move it.
+///
+/// ```
+/// use glam::{DVec3, Vec3};
+/// use pliant_solver::{Collider, ColliderShape, Pose};
+///
+/// let table = ColliderShape::Box {
+///     size: Vec3::new(1.0, 0.1, 1.0), // m
+/// };
+/// let table = Collider::new(table, Pose::at(DVec3::new(0.0, 0.7, 0.0)))?;
+/// assert!(Collider::new(ColliderShape::Sphere { radius: -1.0 }, Pose::default()).is_err());
+/// # Ok::<(), pliant_solver::InvalidValue>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct Collider {

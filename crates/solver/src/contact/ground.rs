@@ -19,6 +19,32 @@ use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// Ground plane with friction and restitution.
+///
+/// ```
+/// use glam::Vec3;
+/// use pliant_solver::{Body, Density, Friction, Ground, RestShape, Topology, World};
+/// use std::sync::Arc;
+///
+/// // Two grains, which fall 1 m.
+/// let shape = RestShape {
+///     vertices: vec![Vec3::Y, Vec3::new(0.5, 1.0, 0.0)],
+///     radii: vec![0.1; 2], // m
+///     ..RestShape::default()
+/// };
+/// let mut body = Body::new("grains", Arc::new(Topology::new(shape)?), Density::of(1000.0));
+/// body.effects.ground = Some(Ground {
+///     friction: Friction::of(0.8),
+///     ..Ground::default()
+/// });
+/// body.update_masses();
+/// let mut world = World {
+///     bodies: vec![body],
+///     ..World::default()
+/// };
+/// (0..60).for_each(|_| world.tick()); // a second
+/// assert!((world.bodies[0].particles.position(0).y - 0.1).abs() < 1e-3, "it lies on the ground");
+/// # Ok::<(), pliant_solver::TopologyError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

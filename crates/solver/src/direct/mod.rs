@@ -269,6 +269,16 @@ impl DirectWorkspace {
             .map_or(Status::Nothing, |workspace| workspace.status)
     }
 
+    /// Whether it holds a plan for a body with these effects, which can therefore be solved directly by XPBD. Saves
+    /// [`unfit`] the plan of its own.
+    #[must_use]
+    pub fn has_plan(&self, topology: &Topology, effects: &Effects) -> bool {
+        let wanted = Some((kinds_of(effects), false, topology.id()));
+        let is_rigid = effects.neo_hookean.is_some_and(|it| it.is_rigid());
+        let workspace = self.0.as_ref();
+        !is_rigid && workspace.is_some_and(|it| it.planned == wanted && it.plan.is_some())
+    }
+
     /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -23,6 +23,23 @@ use std::collections::BTreeMap;
 ///
 /// Position, direction and radius of a grain depend on its number and the seed alone, unless it
 /// waited.
+///
+/// ```
+/// use pliant_solver::{Angle, Capacity, Coefficient, Emitter, Lifetime};
+///
+/// // A fountain, of at most 500 grains.
+/// let fountain = Emitter {
+///     rate: Coefficient::of(250.0), // 1/s
+///     capacity: Capacity::of(500),
+///     lifetime: Lifetime::of(2.0), // s
+///     speed: Coefficient::of(4.0), // m/s
+///     spread: Angle::of(10.0),     // °
+///     toward_y: 1.0.try_into()?,
+///     ..Emitter::default()
+/// };
+/// # assert_ne!(fountain, Emitter::default());
+/// # Ok::<(), pliant_solver::InvalidValue>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -46,6 +46,17 @@ use serde::{Deserialize, Serialize};
 /// **Folded bodies.** Below half of its volume, H of an element is constant at −½, and only D
 /// drives the element. Otherwise the elements of a scrambled body would recover their volumes
 /// before their shapes, wound around an edge twice, and remain so.
+///
+/// ```
+/// use pliant_solver::{NeoHookean, PoissonRatio, YoungsModulus};
+///
+/// let foam = NeoHookean {
+///     youngs_modulus: YoungsModulus::of(2e4), // Pa
+///     poisson_ratio: PoissonRatio::of(0.1),
+///     ..NeoHookean::default()
+/// };
+/// # assert_ne!(foam, NeoHookean::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

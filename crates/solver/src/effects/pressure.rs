@@ -27,6 +27,17 @@ use serde::{Deserialize, Serialize};
 /// particle moves by w ∇V λ. An implicit substep requires λ = h²p(V + Σw‖∇V‖² Δλ), a quadratic
 /// equation for Δλ that is solved exactly: the target volume is always above 0, so that a gas
 /// cannot be compressed through zero. With K → ∞ it is XPBD's Δλ = (fV₀ − V)/Σw‖∇V‖².
+///
+/// ```
+/// use pliant_solver::{Filling, Pressure};
+///
+/// // A balloon with half as much gas again as it holds at rest.
+/// let taut = Pressure {
+///     factor: Filling::of(1.5),
+///     ..Pressure::default()
+/// };
+/// # assert_ne!(taut, Pressure::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

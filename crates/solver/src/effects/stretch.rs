@@ -20,6 +20,23 @@ use serde::{Deserialize, Serialize};
 ///
 /// λ/h² is the force along the edge in N (negative under tension). Compliance is in m/N: an edge
 /// under a force F settles at C = αF.
+///
+/// ```
+/// use pliant_solver::{Compliance, Damping, Stiffness, Stretch};
+///
+/// // A rope of 10 kN, however many segments it has.
+/// let rope = Stretch {
+///     axial_stiffness: Stiffness::of(1e4), // N
+///     ..Stretch::default()
+/// };
+/// // Edges of a jelly, which stop vibrating within tenths of a second.
+/// let jelly = Stretch {
+///     compliance: Compliance::of(1e-4), // m/N
+///     damping: Damping::of(0.05),       // s
+///     ..Stretch::default()
+/// };
+/// # assert_ne!(rope, jelly);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

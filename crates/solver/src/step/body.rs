@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 /// Cause of a divergence, for which the body was taken out of the simulation.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Quarantine {
     /// First non-finite particle, by its vertex of the rest shape.
     pub vertex: VertexIndex,
@@ -37,9 +38,32 @@ impl Quarantine {
 
     /// The same for a body without contact that stitches join to another.
     pub const JOINTS: &str = "stitches";
+
+    /// The cause, by the first non-finite vertex and the stage.
+    #[must_use]
+    pub const fn new(vertex: VertexIndex, stage: &'static str) -> Self {
+        Self { vertex, stage }
+    }
 }
 
 /// A soft body.
+///
+/// ```
+/// use glam::Vec3;
+/// use pliant_solver::{Body, Density, RestShape, Topology, Volume};
+/// use std::sync::Arc;
+///
+/// let shape = RestShape {
+///     vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z], // m
+///     tetrahedra: vec![[0, 1, 2, 3]],
+///     ..RestShape::default()
+/// };
+/// let topology = Arc::new(Topology::new(shape)?);
+/// let mut body = Body::new("tetrahedron", topology, Density::of(1000.0)); // kg/m³
+/// body.effects.volume = Some(Volume::default());
+/// body.update_masses(); // after changes of density, added masses and pins
+/// # Ok::<(), pliant_solver::TopologyError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Name shown to users.

@@ -19,6 +19,23 @@ use std::sync::{Arc, OnceLock};
 
 /// The immutable part of a body. Copies share all but the rest values that can
 /// [flow](crate::Plasticity).
+///
+/// ```
+/// use glam::Vec3;
+/// use pliant_solver::{RestShape, Topology, topology::Dimension};
+///
+/// let tetrahedron = RestShape {
+///     vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z], // m
+///     edges: vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]],
+///     tetrahedra: vec![[0, 1, 2, 3]],
+///     triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+///     ..RestShape::default()
+/// };
+/// let topology = Topology::new(tetrahedron)?;
+/// assert_eq!(topology.dimension, Dimension::Solid);
+/// assert_eq!(topology.particles(), 4);
+/// # Ok::<(), pliant_solver::TopologyError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topology {
     /// Rest positions [m].
