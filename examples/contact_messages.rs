@@ -8,7 +8,7 @@ use pliant::{
         BodyContacts, ContactSurface, RecordContacts, SoftBodySystems, SurfaceContactEnded,
         SurfaceContactStarted,
     },
-    solver::{Collider, ColliderShape, Pose, contact::pose::rotation},
+    solver::{Collider, ColliderShape, Pose, contact::rotation},
 };
 use std::time::Duration;
 

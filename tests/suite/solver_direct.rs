@@ -385,7 +385,7 @@ fn one_iteration_of_a_taut_cloth_has_the_tensions_at_the_start_of_the_substep() 
     });
     let world_with = |iterations| {
         let settings = settings(G, 60.0, 4, iterations);
-        world(settings, with(cloth.clone(), effects.clone()))
+        world(settings, with(cloth.clone(), effects))
     };
     let (mut once, mut converged) = (world_with(1), world_with(32));
     let mut sum = 0.0;
