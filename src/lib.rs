@@ -105,7 +105,7 @@
 //! # Units
 //!
 //! SI everywhere: meters, kilograms, seconds, newtons. Numbers with a valid range have types that
-//! cannot hold a value outside it ([`solver::quantity`]).
+//! cannot hold a value outside it, such as [`Compliance`](solver::Compliance).
 
 #[cfg(feature = "program")]
 pub mod ablation;

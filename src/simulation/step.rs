@@ -42,7 +42,7 @@ pub struct CurrentSubstep {
 
 impl CurrentSubstep {
     /// Length of the substep for a body [s], which is shorter for [steps of second
-    /// order](crate::solver::history).
+    /// order](crate::solver::History).
     #[must_use]
     pub fn seconds(&self, particles: &Particles) -> f32 {
         particles.history.seconds(self.settings.substep_seconds()) as f32

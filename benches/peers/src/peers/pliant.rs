@@ -6,7 +6,11 @@ use crate::{
     scenes::{DENSITY, GRAVITY, RATE, SUBSTEPS, Scene},
 };
 use glam::Vec3;
-use pliant::solver::{Body, Compliance, Contact, ContactThickness, Density, Effects, Ground, Iterations, Rate, SelfContact, Stretch, Substeps, Threads, Topology, VertexIndex, Volume, World, Instructions};
+use pliant::solver::{
+    Body, Compliance, Contact, ContactThickness, Density, Effects, Ground, Instructions,
+    Iterations, Rate, SelfContact, Stretch, Substeps, Threads, Topology, VertexIndex, Volume,
+    World,
+};
 use std::{fmt::Display, sync::Arc};
 
 /// Pliant.
