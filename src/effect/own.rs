@@ -207,13 +207,22 @@ impl OwnEffects {
     /// The same for a body of an app. An effect that cannot be written is left out, and the log says
     /// so.
     pub(crate) fn of_entity(&self, body: &EntityRef) -> Vec<OwnEffect> {
-        self.of_body(body).unwrap_or_else(|(name, error)| {
-            log::error!("{name} of body {} is lost: {error}", body.id());
-            Vec::new()
-        })
+        let carried = self.0.iter().filter_map(|kind| match (kind.read)(body)? {
+            Ok(text) => Some(OwnEffect { kind: *kind, text }),
+            Err(error) => {
+                log::error!(
+                    "{} of body {} cannot be written: {error}",
+                    kind.name,
+                    body.id()
+                );
+                None
+            }
+        });
+        carried.collect()
     }
 
-    /// Gives a body these effects, with a new state, and removes all others of this list.
+    /// Gives a body these effects, with a new state, and removes all others of this list that can be
+    /// written.
     pub(crate) fn set(&self, body: &mut EntityWorldMut, effects: &[OwnEffect]) {
         for kind in &self.0 {
             match effects.iter().find(|effect| effect.kind == *kind) {
@@ -223,6 +232,7 @@ impl OwnEffects {
                     }
                     effect.insert(body);
                 }
+                None if (kind.read)(&EntityRef::from(&*body)).is_some_and(|it| it.is_err()) => {}
                 None => (kind.remove)(body),
             }
         }

@@ -389,7 +389,8 @@ impl<E: Effect + Serialize + DeserializeOwned> EffectPlugin<E> {
     /// The whole component is saved as text in the syntax of scene files (RON), also fields that are no
     /// parameters; `#[serde(default, deny_unknown_fields)]` lets a file leave parameters out and reports
     /// misspelled ones. Its [`State`](Effect::State) is not saved: it begins anew in a restored body, so
-    /// what must last belongs into the component.
+    /// what must last belongs into the component, written with `bypass_change_detection`: a component
+    /// that changes wakes its body.
     ///
     /// # Panics
     /// If the crate has an effect of this name, or the name does not consist of ASCII letters, digits

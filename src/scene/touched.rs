@@ -112,11 +112,17 @@ impl Touched {
             self.pairs.add(pair.bodies, pair.force, names);
         }
         for it in contacts.surfaces() {
-            let number = |entity| Some(colliders.iter().position(|it| *it == entity)? + 1);
-            let names = || match it.surface {
-                ContactSurface::Ground => (name(it.body), None),
-                ContactSurface::Collider(entity) => (name(it.body), number(entity)),
+            let number = match it.surface {
+                ContactSurface::Ground => None,
+                ContactSurface::Collider(entity) => {
+                    // One that is gone since the substeps has no number.
+                    let Some(place) = colliders.iter().position(|it| *it == entity) else {
+                        continue;
+                    };
+                    Some(place + 1)
+                }
             };
+            let names = || (name(it.body), number);
             self.surfaces.add((it.body, it.surface), it.force, names);
         }
     }

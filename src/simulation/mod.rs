@@ -194,9 +194,11 @@ impl Plugin for SimulationPlugin {
                     tear::tear,
                     renew::renew,
                     step::settle_grabs,
-                    step::fall_asleep,
+                    // Before sleep: a body that was hit in its sleep was not stepped, and keeps its
+                    // contacts until it is.
                     touch::report,
                     surface::report,
+                    step::fall_asleep,
                     emission::emit.run_if(emission::changes_bodies),
                     statistics::take,
                 )

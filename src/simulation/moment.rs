@@ -121,7 +121,7 @@ impl Moment {
         bodies + new.map(|it| memory::topology(it)).sum::<usize>()
     }
 
-    /// Restores the state bit for bit. Bodies and colliders that still exist keep their entities,
+    /// Restores the state bit for bit; the `State` of an effect of an app begins anew. Bodies and colliders that still exist keep their entities,
     /// others are spawned or despawned. Returns the entities of the bodies and of the colliders, in
     /// order.
     pub fn restore(&self, world: &mut World) -> (Vec<Entity>, Vec<Entity>) {

@@ -18,7 +18,8 @@ use pliant::{
         SurfaceContactStarted,
     },
     solver::{
-        Body, Collide, Collider, ColliderShape, Effects, Ground, Particles, Pose, Threads, World,
+        Body, Collide, Collider, ColliderShape, Contact, Effects, Ground, Particles, Pose, Threads,
+        World,
     },
 };
 
@@ -131,6 +132,50 @@ fn a_body_that_wakes_goes_on_touching_and_one_that_is_lifted_does_not() {
     let (started, ended) = messages(&mut app);
     assert!(started.iter().chain(&ended).all(|it| *it == touches[1]));
     assert_eq!(started.len(), ended.len() + 1);
+}
+
+#[test]
+fn a_body_that_is_hit_in_its_sleep_goes_on_touching_the_ground() {
+    let on_ground = Effects {
+        ground: Some(Ground::default()),
+        contact: Some(Contact::default()),
+        ..elastic()
+    };
+    let mut beside = jelly(0.3, on_ground);
+    beside.translate(Vec3::X * 5.0);
+    let world = World {
+        settings: settings(9.81, 60.0, 10, 1),
+        bodies: vec![jelly(0.3, on_ground), beside],
+        ..World::default()
+    };
+    let (mut app, bodies, _) = app_of(&world);
+    app.insert_resource(RecordContacts(true));
+    ticks(&mut app, 600);
+    let sleeps = |app: &App, body: Entity| app.world().get::<Asleep>(body).is_some();
+    assert!(bodies.iter().all(|body| sleeps(&app, *body)));
+    messages(&mut app);
+
+    // The other one is let go a centimeter above it.
+    let mut particles = app
+        .world_mut()
+        .get_mut::<Particles>(bodies[1])
+        .expect("a body");
+    for i in 0..particles.len() {
+        let above = particles.position(i) + DVec3::new(-5.0, 0.31, 0.0);
+        particles.set_position(i, above);
+    }
+    let mut woke = None;
+    for tick in 0..60 {
+        ticks(&mut app, 1);
+        let (started, ended) = messages(&mut app);
+        if !sleeps(&app, bodies[0]) {
+            woke.get_or_insert(tick);
+        }
+        let touches = (bodies[0], ContactSurface::Ground);
+        assert!(!started.contains(&touches), "tick {tick}");
+        assert!(!ended.contains(&touches), "tick {tick}");
+    }
+    assert!(woke.is_some(), "it was hit");
 }
 
 #[test]

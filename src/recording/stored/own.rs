@@ -92,6 +92,9 @@ impl StoredOwn {
                 )));
             };
             let body = body.name.clone();
+            if effects.iter().any(|it: &OwnEffect| it.name() == name) {
+                return Err(nonsense(format!("the effect {name} of “{body}” twice")));
+            }
             let Some(effect) = known.read(&name, &text) else {
                 let known: Vec<_> = known.names().collect();
                 return Err(SnapshotError::UnknownEffect {

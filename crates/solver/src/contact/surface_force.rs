@@ -2,7 +2,8 @@
 //!
 //! A contact changes the velocity of a particle by Δv = Δ(u − c)/h. The impulse m Δv of each pass is
 //! added to that of the surface, so that the sum over a tick is exact whatever the passes do:
-//! friction and restitution are included, and particles that touch several surfaces.
+//! friction and restitution are included, and particles that touch several surfaces. Motion into a
+//! mesh or a rigid body that is cut off (see [`contact`](crate::contact)) is not.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -135,7 +136,7 @@ impl Recorded {
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         let each = self.pushes.iter();
-        let each = each.map(|Pushes(pushes)| size_of_val(&pushes[..]));
+        let each = each.map(|Pushes(pushes)| pushes.capacity() * size_of::<Push>());
         size_of_val(&self.pushes[..]) + size_of_val(&self.forces[..]) + each.sum::<usize>()
     }
 }

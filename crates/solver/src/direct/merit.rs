@@ -21,7 +21,10 @@ pub(super) struct ForeseenMerit<'a> {
     pub step: &'a [DVec3],
     /// Accumulates the value of [`Merit`] before the step.
     pub sum: f64,
-    /// Whether the tension of an edge exceeds the assumed one by a relevant amount.
+    /// Whether the assumed tensions are those at the start of the substep.
+    pub started: bool,
+    /// Whether the tension of an edge exceeds the assumed one by a relevant amount, or falls as far
+    /// below that at the start.
     pub tighter: bool,
 }
 
@@ -94,7 +97,9 @@ impl ForeseenMerit<'_> {
             for corner in corners {
                 weight += places.w[corner as usize];
             }
-            self.tighter |= (now - *tension) * weight > *length;
+            let change = now - *tension;
+            let change = if self.started { change.abs() } else { change };
+            self.tighter |= change * weight > *length;
             *tension = now;
         }
     }

@@ -13,11 +13,13 @@
 //!
 //! which a sparse Cholesky factorization solves exactly, anew in every iteration. α' is α̃, with a
 //! lower bound of a small fraction of Σ w‖∇C‖², so that rigid constraints are stiff without loss of
-//! precision. Everything is in `f64` and starts from zero, so that no state outlives the substep.
+//! precision. Everything is in `f64` and starts from the positions alone, so that no state outlives the
+//! substep.
 //!
 //! - An edge under tension also resists rotation, with force over length; without that a light rope
-//!   under a heavy weight flutters. The first tension is that at the start of the substep. Where the
-//!   solution has a much higher one, the system is assembled and solved again with it.
+//!   under a heavy weight flutters. The first tension is that of its length at the start of the
+//!   substep, or 0 in second-order steps. Where that of the solution differs by a relevant amount, as
+//!   after a collision, the system is assembled and solved again with it.
 //! - An iteration is a Newton step in place of a Gauss–Seidel pass. Everything else that moves
 //!   particles acts between iterations, as between Gauss–Seidel passes: strain limits, pressure,
 //!   tethers, grabs, ground and colliders. Their displacements are added to the y of a particle, so
@@ -226,6 +228,9 @@ pub(super) struct Iteration<'a> {
     pub h: f32,
     /// Number of the iteration, and their count.
     pub iteration: (u32, u32),
+    /// Whether the start of the substep is extrapolated, as in second-order steps: edges have other
+    /// lengths there than at any time.
+    pub is_extrapolated: bool,
     pub instructions: Instructions,
 }
 
@@ -406,6 +411,9 @@ impl Workspace {
         for column in &mut self.columns {
             column.begin();
         }
+        if given.is_extrapolated {
+            return;
+        }
         let start = Positions {
             topology: given.topology,
             w: &self.w,
@@ -463,7 +471,7 @@ impl Workspace {
         let h = f64::from(given.h);
         let p = &previous[..];
         let mut start = 0.0;
-        for _ in 0..PASSES {
+        for pass in 0..PASSES {
             let mut cautious = false;
             loop {
                 matrix.reset(plan);
@@ -518,6 +526,7 @@ impl Workspace {
                 columns,
                 step,
                 sum: inertia(x),
+                started: pass == 0 && given.iteration.0 == 0,
                 tighter: false,
             };
             effects.visit(&mut foresee);

@@ -628,6 +628,7 @@ impl<'a> TaskContext<'a> {
                     lambdas,
                     h: self.h,
                     iteration: (iteration, settings.iterations.get()),
+                    is_extrapolated: settings.order.get() > 1,
                     instructions,
                 });
             }

@@ -23,10 +23,20 @@ pub enum Undoing {
     Part,
 }
 
+/// Whether an effect is one of an app that is saved.
+fn is_own(world: &World, effect: &str) -> bool {
+    let registry = world.get_resource::<EffectRegistry>();
+    registry.is_some_and(|registry| registry.own().names().any(|name| name == effect))
+}
+
 /// How an action is undone, and its title, such as “Stretch compliance”.
 #[must_use]
 pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
     match action {
+        // Its component may have more than its parameters.
+        Action::RemoveEffect { effect, .. } if is_own(world, effect) => {
+            (Undoing::State, title(world, action))
+        }
         Action::SetParameter { .. }
         | Action::AddEffect { .. }
         | Action::RemoveEffect { .. }

@@ -87,10 +87,19 @@ struct Values {
     painted: Option<(f32, f32)>,
 }
 
-/// Contact forces of ground and colliders are recorded only while they are shown.
-fn record_contacts(view: Res<ViewSettings>, mut record: ResMut<RecordContacts>) {
-    let wanted = RecordContacts(view.color == ColorMode::ContactForce);
-    record.set_if_neq(wanted);
+/// Contact forces of ground and colliders are recorded while they are shown, and while an app wants
+/// them.
+fn record_contacts(
+    view: Res<ViewSettings>,
+    mut record: ResMut<RecordContacts>,
+    mut is_ours: Local<bool>,
+) {
+    let is_shown = view.color == ColorMode::ContactForce;
+    if is_shown && !record.0 {
+        (record.0, *is_ours) = (true, true);
+    } else if !is_shown && *is_ours {
+        (record.0, *is_ours) = (false, false);
+    }
 }
 
 /// Computes the values of bodies that have moved, and of all after a change of the quantity.
