@@ -77,21 +77,37 @@ impl Pushes {
     }
 }
 
-/// Recorded contacts of a body.
+/// Recorded contacts of a body; one pointer in bodies without.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Recorded {
+pub(crate) struct Recorded(Option<Box<Lists>>);
+
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Lists {
     /// Impulses on each particle in the tick so far; empty unless contacts are recorded.
-    pub pushes: Vec<Pushes>,
+    pushes: Vec<Pushes>,
     /// Forces in the last tick, sorted by surface.
-    pub forces: Vec<SurfaceForce>,
+    forces: Vec<SurfaceForce>,
 }
 
 impl Recorded {
+    /// Impulses on each particle in the tick so far; empty unless contacts are recorded.
+    pub fn pushes(&mut self) -> &mut [Pushes] {
+        self.0.as_mut().map_or(&mut [], |lists| &mut lists.pushes)
+    }
+
+    /// Forces in the last tick, sorted by surface.
+    pub fn forces(&self) -> &[SurfaceForce] {
+        self.0.as_ref().map_or(&[], |lists| &lists.forces)
+    }
+
     /// Turns the impulses on particles at these positions [m] into means over the `seconds` of a tick.
     pub fn end_tick(&mut self, position: impl Fn(usize) -> DVec3, seconds: f64) {
-        self.forces.clear();
+        let Some(lists) = &mut self.0 else {
+            return;
+        };
+        lists.forces.clear();
         let mut sums = BTreeMap::new();
-        for (i, Pushes(pushes)) in self.pushes.iter_mut().enumerate() {
+        for (i, Pushes(pushes)) in lists.pushes.iter_mut().enumerate() {
             for push in pushes.drain(..) {
                 let sum = sums.entry(push.surface).or_insert(SurfaceForce {
                     surface: push.surface,
@@ -115,28 +131,46 @@ impl Recorded {
             normal_force: sum.normal_force / seconds,
             ..sum
         };
-        self.forces.extend(sums.into_values().map(mean));
+        lists.forces.extend(sums.into_values().map(mean));
     }
 
     /// Forgets the contacts of a tick that failed.
     pub fn clear(&mut self) {
-        self.pushes.clear();
-        self.forces.clear();
+        if let Some(lists) = &mut self.0 {
+            lists.pushes.clear();
+            lists.forces.clear();
+        }
+    }
+
+    /// Forgets the forces of the last tick.
+    pub fn clear_forces(&mut self) {
+        if let Some(lists) = &mut self.0 {
+            lists.forces.clear();
+        }
     }
 
     /// Allocates impulses for a number of particles, or forgets all if contacts are not recorded.
     pub fn prepare(&mut self, particles: usize, is_recorded: bool) {
         if !is_recorded {
-            *self = Self::default();
-        } else if self.pushes.len() != particles {
-            self.pushes = vec![Pushes::default(); particles];
+            self.0 = None;
+            return;
+        }
+        let lists = self.0.get_or_insert_default();
+        if lists.pushes.len() != particles {
+            lists.pushes = vec![Pushes::default(); particles];
         }
     }
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        let each = self.pushes.iter();
+        let Some(Lists { pushes, forces }) = self.0.as_deref() else {
+            return 0;
+        };
+        let each = pushes.iter();
         let each = each.map(|Pushes(pushes)| pushes.capacity() * size_of::<Push>());
-        size_of_val(&self.pushes[..]) + size_of_val(&self.forces[..]) + each.sum::<usize>()
+        size_of::<Lists>()
+            + size_of_val(&pushes[..])
+            + size_of_val(&forces[..])
+            + each.sum::<usize>()
     }
 }

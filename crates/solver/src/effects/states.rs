@@ -36,7 +36,7 @@ impl EffectStates {
     /// [contacts are recorded](Self::records_contacts), and none of a body that sleeps.
     #[must_use]
     pub fn surface_forces(&self) -> &[SurfaceForce] {
-        &self.recorded.forces
+        self.recorded.forces()
     }
 
     /// Ends a tick of `seconds`: takes the forces of ground and colliders on these particles.

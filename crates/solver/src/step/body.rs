@@ -168,7 +168,7 @@ impl Body {
             });
         }
         self.stepper().prepare(true);
-        self.states.recorded.forces.clear();
+        self.states.recorded.clear_forces();
         self.tick_start.clone_from(&self.particles);
     }
 

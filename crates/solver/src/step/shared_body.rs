@@ -57,7 +57,7 @@ impl<'a> SharedBody<'a> {
             particles: count,
             segments: Column::of(&mut particles.segments),
             spins: Column::of(&mut particles.spins),
-            pushes: Column::of(&mut body.states.recorded.pushes),
+            pushes: Column::of(body.states.recorded.pushes()),
             sums: Column::of(body.states.sums()),
             multipliers: body
                 .states

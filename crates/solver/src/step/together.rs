@@ -160,7 +160,7 @@ impl Tangible for GroupedBody<'_> {
     }
 
     fn record(&mut self, particle: usize, push: Push) {
-        if let Some(pushes) = self.body.states.recorded.pushes.get_mut(particle) {
+        if let Some(pushes) = self.body.states.recorded.pushes().get_mut(particle) {
             pushes.add(push);
         }
     }
