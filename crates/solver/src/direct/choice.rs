@@ -241,7 +241,7 @@ struct Given {
 pub(super) type KnownWork = (u32, TopologyId, Option<u64>);
 
 impl DirectWorkspace {
-    /// Chooses the solver for the next tick of a body that carries [`Direct`](super::Direct) with a
+    /// Chooses the solver for the next tick of a body that carries [`Direct`](crate::Direct) with a
     /// tolerance. Must be called before its stages; [`World`](crate::World) does so. A function of
     /// masses, rest shape, effects and settings alone; plastic flow does not change it. Nothing is
     /// chosen for particles that do not belong to the topology.

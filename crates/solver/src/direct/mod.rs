@@ -143,7 +143,7 @@ impl Status {
     }
 }
 
-/// Reasons against [`Direct`] on a body.
+/// Reasons against [`Direct`](crate::Direct) on a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unfit {
@@ -176,7 +176,7 @@ impl fmt::Display for Unfit {
     }
 }
 
-/// Reason against the effect [`Direct`] on a body with these effects, if it is there: as for
+/// Reason against the effect [`Direct`](crate::Direct) on a body with these effects, if it is there: as for
 /// [`unfit`], but none with a tolerance, with which Gauss–Seidel is used where the body cannot be solved
 /// directly.
 #[must_use]
@@ -235,7 +235,7 @@ pub(super) struct Iteration<'a> {
 }
 
 impl ElasticKind {
-    /// Whether its equations are solved directly, by XPBD, in a body that carries [`Direct`].
+    /// Whether its equations are solved directly, by XPBD, in a body that carries [`Direct`](crate::Direct).
     #[must_use]
     pub const fn is_solved_directly(self) -> bool {
         !matches!(self, Self::StrainLimit)

@@ -71,7 +71,7 @@ pub use shape_matching::{MatchedParticle, MatchingPass};
 /// groups, each with its type, its name in files, for elastic effects the numbers of particles and
 /// of equations per element, and a description.
 ///
-/// `Stitches` and `Grab` are outside of the groups: stitches are not part of [`Effects`], as a body
+/// `Stitches` and `Grab` are outside of the groups: stitches are not part of [`Effects`](crate::Effects), as a body
 /// can have many, and a grab is not part of a scene.
 #[macro_export]
 macro_rules! effects {

@@ -64,8 +64,8 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// Number of crossing edge–triangle pairs of all bodies of a world in order: between bodies that carry [`Contact`](super::Contact),
-/// within those that carry [`SelfContact`](super::SelfContact), and between those that carry
+/// Number of crossing edge–triangle pairs of all bodies of a world in order: between bodies that carry [`Contact`](crate::Contact),
+/// within those that carry [`SelfContact`](crate::SelfContact), and between those that carry
 /// [`Collide`](crate::Collide) and the meshes of colliders, in their poses. Exact for the given
 /// positions (Shewchuk 1997). Pairs that only touch, that share a vertex or that a stitch holds together
 /// do not count.
