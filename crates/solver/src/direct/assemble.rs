@@ -1,17 +1,15 @@
 //! Assembles the elastic equations of a body into a matrix, from the rows of every effect.
-//!
-//! Loops over elements are compiled for each instruction set, without closures, which would not be.
 
 use super::{
     column::{Column, Columns, Kept},
+    elements::{ElementWork, for_each},
     matrix::{Block, Matrix, add_outer, add_unit, add_unit_and_cross},
     plan::Plan,
 };
 use crate::{
     ElasticKind, Topology,
     elastic::{Curvature, Elastic, Point, Row, Visit},
-    lanes::{Instructions, Lanes, SimdWork},
-    order::Elements,
+    lanes::Instructions,
 };
 use glam::DVec3;
 
@@ -95,23 +93,8 @@ pub(super) struct Assemble<'a> {
 
 impl Visit for Assemble<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-        if E::KIND.is_solved_directly() {
-            self.places.instructions.run(OfEffect(self, effect));
-        }
-    }
-}
-
-/// The elements of one effect.
-struct OfEffect<'a, 'b, E, const N: usize, const M: usize>(&'a mut Assemble<'b>, &'a E);
-
-impl<const N: usize, const M: usize, E: Elastic<N, M>> SimdWork for OfEffect<'_, '_, E, N, M> {
-    #[inline(always)]
-    fn run<L: Lanes>(self, _: L) {
-        let Self(assemble, effect) = self;
-        let elements: &Elements<N> = E::elements(assemble.places.topology);
-        for (index, corners) in elements.corners().enumerate() {
-            assemble.add(effect, index, corners);
-        }
+        let places = self.places;
+        for_each(self, effect, (places.topology, places.instructions));
     }
 }
 
@@ -126,10 +109,9 @@ struct Added<const N: usize> {
     taut: f64,
 }
 
-impl Assemble<'_> {
-    /// Adds one element.
+impl ElementWork for Assemble<'_> {
     #[inline(always)]
-    fn add<const N: usize, const M: usize, E: Elastic<N, M>>(
+    fn element<const N: usize, const M: usize, E: Elastic<N, M>>(
         &mut self,
         effect: &E,
         index: usize,
@@ -193,7 +175,9 @@ impl Assemble<'_> {
         }
         self.add_blocks(E::KIND, (index, corners), &points, (&curvature, &added));
     }
+}
 
+impl Assemble<'_> {
     /// Adds the blocks of one element; none of pinned particles.
     #[inline(always)]
     fn add_blocks<const N: usize, const M: usize>(

@@ -3,13 +3,10 @@
 use super::{
     assemble::Positions,
     column::{Column, Columns},
+    elements::{ElementWork, for_each},
     plan::Plan,
 };
-use crate::{
-    elastic::{Elastic, Visit},
-    lanes::{Lanes, SimdWork},
-    order::Elements,
-};
+use crate::elastic::{Elastic, Visit};
 use glam::DVec3;
 
 /// Predicts λ after a full step Δx.
@@ -30,30 +27,14 @@ pub(super) struct ForeseenMerit<'a> {
 
 impl Visit for ForeseenMerit<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-        if E::KIND.is_solved_directly() {
-            self.places.instructions.run(Foreseen(self, effect));
-        }
+        let places = self.places;
+        for_each(self, effect, (places.topology, places.instructions));
     }
 }
 
-/// The elements of one effect.
-struct Foreseen<'a, 'b, E, const N: usize, const M: usize>(&'a mut ForeseenMerit<'b>, &'a E);
-
-impl<const N: usize, const M: usize, E: Elastic<N, M>> SimdWork for Foreseen<'_, '_, E, N, M> {
+impl ElementWork for ForeseenMerit<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(self, _: L) {
-        let Self(merit, effect) = self;
-        let elements: &Elements<N> = E::elements(merit.places.topology);
-        for (index, corners) in elements.corners().enumerate() {
-            merit.foresee(effect, index, corners);
-        }
-    }
-}
-
-impl ForeseenMerit<'_> {
-    /// Of one element.
-    #[inline(always)]
-    fn foresee<const N: usize, const M: usize, E: Elastic<N, M>>(
+    fn element<const N: usize, const M: usize, E: Elastic<N, M>>(
         &mut self,
         effect: &E,
         index: usize,
@@ -114,31 +95,28 @@ pub(super) struct Merit<'a> {
 
 impl Visit for Merit<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-        if E::KIND.is_solved_directly() {
-            self.places.instructions.run(At(self, effect));
-        }
+        let places = self.places;
+        for_each(self, effect, (places.topology, places.instructions));
     }
 }
 
-/// The elements of one effect.
-struct At<'a, 'b, E, const N: usize, const M: usize>(&'a mut Merit<'b>, &'a E);
-
-impl<const N: usize, const M: usize, E: Elastic<N, M>> SimdWork for At<'_, '_, E, N, M> {
+impl ElementWork for Merit<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(self, _: L) {
-        let Self(merit, effect) = self;
-        let places = merit.places;
+    fn element<const N: usize, const M: usize, E: Elastic<N, M>>(
+        &mut self,
+        effect: &E,
+        index: usize,
+        corners: [u32; N],
+    ) {
+        let places = self.places;
         let gamma = f64::from(effect.damping().get()) / places.h;
         let Column {
             rows: kept, next, ..
-        } = &merit.columns[E::KIND as usize];
-        let elements: &Elements<N> = E::elements(places.topology);
-        for (index, corners) in elements.corners().enumerate() {
-            let rows = effect.rows(places.topology, index, places.points(corners));
-            for (number, row) in (index * M..).zip(&rows) {
-                let (_, lost) = places.damped(corners, row, gamma);
-                merit.sum += kept[number].merit(row.error, lost, next[number]);
-            }
+        } = &self.columns[E::KIND as usize];
+        let rows = effect.rows(places.topology, index, places.points(corners));
+        for (number, row) in (index * M..).zip(&rows) {
+            let (_, lost) = places.damped(corners, row, gamma);
+            self.sum += kept[number].merit(row.error, lost, next[number]);
         }
     }
 }

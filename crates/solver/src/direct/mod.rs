@@ -41,6 +41,7 @@ mod assemble;
 mod choice;
 mod column;
 pub(crate) mod effect;
+mod elements;
 pub(super) mod matrix;
 mod merit;
 pub(super) mod plan;

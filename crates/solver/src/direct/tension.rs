@@ -7,12 +7,9 @@
 use super::{
     assemble::{Positions, weight},
     column::Columns,
+    elements::{ElementWork, for_each},
 };
-use crate::{
-    elastic::{Elastic, Visit},
-    lanes::{Lanes, SimdWork},
-    order::Elements,
-};
+use crate::elastic::{Elastic, Visit};
 
 /// Lower bound of α̃ as a fraction of Σ w‖∇C‖² for an edge whose tension is that of its length: below
 /// it, and for rigid edges, rounded positions say nothing, and the first tension is 0.
@@ -26,29 +23,28 @@ pub(super) struct Tensions<'a> {
 
 impl Visit for Tensions<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-        if E::KIND.is_solved_directly() && N == 2 {
-            self.places.instructions.run(OfEffect(self, effect));
+        if N == 2 {
+            let places = self.places;
+            for_each(self, effect, (places.topology, places.instructions));
         }
     }
 }
 
-/// The elements of one effect.
-struct OfEffect<'a, 'b, E, const N: usize, const M: usize>(&'a mut Tensions<'b>, &'a E);
-
-impl<const N: usize, const M: usize, E: Elastic<N, M>> SimdWork for OfEffect<'_, '_, E, N, M> {
+impl ElementWork for Tensions<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(self, _: L) {
-        let Self(Tensions { places, columns }, effect) = self;
-        let column = &mut columns[E::KIND as usize];
-        let elements: &Elements<N> = E::elements(places.topology);
-        for (index, corners) in elements.corners().enumerate() {
-            let points = places.points(corners);
-            let row = &effect.rows(places.topology, index, points)[0];
-            let alpha = row.compliance / (places.h * places.h);
-            let weight = weight(row, &points);
-            if weight > 0.0 && alpha >= COMPLIANT * weight {
-                column.tensions[index].0 = (row.error / alpha).max(0.0);
-            }
+    fn element<const N: usize, const M: usize, E: Elastic<N, M>>(
+        &mut self,
+        effect: &E,
+        index: usize,
+        corners: [u32; N],
+    ) {
+        let places = self.places;
+        let points = places.points(corners);
+        let row = &effect.rows(places.topology, index, points)[0];
+        let alpha = row.compliance / (places.h * places.h);
+        let weight = weight(row, &points);
+        if weight > 0.0 && alpha >= COMPLIANT * weight {
+            self.columns[E::KIND as usize].tensions[index].0 = (row.error / alpha).max(0.0);
         }
     }
 }
