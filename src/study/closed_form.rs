@@ -216,6 +216,26 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
+    /// Distance that two weights, at opposite points of a level ring of a straight rod, sink below the
+    /// pins at the points between them [m], where the rod is twisted against itself by a moment M:
+    /// 8PR³/(π EI) · Σ 1/(n²(n² − 1 − m²)) over n = 2, 6, 10, …, with m = MR/EI. First order, from the
+    /// equations of a rod without inertia of rotation (Goriely and Tabor, *Nonlinear dynamics of
+    /// filaments*, 1997). It grows without limit at m = √3, the critical twist of Michell (1889);
+    /// none from there on.
+    TwistedRing {
+        /// Mass of each of the two weights [kg].
+        mass: f64,
+        /// Radius R [m].
+        radius: f64,
+        /// Flexural rigidity EI [N·m²].
+        bending: f64,
+        /// Torsional rigidity GJ [N·m²].
+        twisting: f64,
+        /// Twist against the rest shape, M/(GJ) [rad/m].
+        twist: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+    },
     /// Distance ½g(sin θ − µ cos θ)t² that a block slides down a slope from rest [m] (Coulomb); 0
     /// where tan θ ≤ µ.
     SlidingBlock {
@@ -381,6 +401,17 @@ impl Reference {
                 stiffness,
                 gravity,
             } => mass * gravity * arm * length / stiffness,
+            Self::TwistedRing {
+                mass,
+                radius,
+                bending,
+                twisting,
+                twist,
+                gravity,
+            } => {
+                let moment = twisting * twist * radius / bending;
+                mass * gravity * radius.powi(3) / bending * twisted_ring(moment)?
+            }
             Self::SlidingBlock {
                 slope,
                 friction,
@@ -467,6 +498,7 @@ impl Reference {
             Self::HelixSpring { .. } => "F ∫ (m⊥²/EI + m∥²/GJ) ds",
             Self::LBeam { .. } => "Pa³/(3EI) + Pb³/(3EI) + Pa²b/(GJ)",
             Self::TwistedRod { .. } => "TL/(GJ)",
+            Self::TwistedRing { .. } => "8PR³/(π EI) Σ 1/(n²(n² − 1 − m²))",
             Self::SlidingBlock { .. } => "½g(sin θ − µ cos θ)t²",
             Self::Capstan { .. } => "½g(M − m eᵠ)/(M + m eᵠ)·t²",
             Self::TornStrip { .. } => "√(2G_c(1 − ν²)/(EtH))·H/v",
@@ -538,9 +570,35 @@ fn helix([radius, height, turns]: [f64; 3], [bending, twisting]: [f64; 2]) -> f6
     length * sum / (3.0 * f64::from(PARTS))
 }
 
+/// Distance that opposite weights sink on a ring whose radius, weight and flexural rigidity are 1, for a
+/// twisting moment; none from Michell's critical twist on.
+fn twisted_ring(moment: f64) -> Option<f64> {
+    /// Terms fall with n⁻⁴: what is left out is less than 1e-12 of the sum.
+    const TERMS: u32 = 5000;
+    let term = |index: u32| {
+        let square = f64::from(4 * index + 2).powi(2);
+        1.0 / (square * (square - 1.0 - moment * moment))
+    };
+    let below = moment * moment < 3.0;
+    below.then(|| 8.0 / PI * (0..TERMS).rev().map(term).sum::<f64>())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_ring_sinks_without_limit_at_michells_twist() {
+        // Between a pin and a weight, ζ⁗ + ζ″ = 0 with ζ′ = 0 at both and a shear force P/2:
+        // P/2 (2 − π/2). What the series leaves out is 1e-12 of it.
+        let found = twisted_ring(0.0).expect("no twist");
+        assert!((found / (1.0 - PI / 4.0) - 1.0).abs() < 1e-11, "{found}");
+        // Close to the critical twist the first term is nearly all: 8/π / (4 (3 − m²)), and others are
+        // less than 1e-8 of it.
+        let close = twisted_ring((3.0 - 1e-6_f64).sqrt()).expect("below");
+        assert!((close / (2e6 / PI) - 1.0).abs() < 1e-8, "{close}");
+        assert_eq!(twisted_ring(3.0_f64.sqrt() + 1e-9), None);
+    }
 
     #[test]
     fn a_small_swing_takes_the_time_of_a_small_swing() {

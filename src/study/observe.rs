@@ -135,6 +135,8 @@ pub enum Conserved {
     Momentum,
     /// Angular momentum about the center of mass [kg·m²/s].
     AngularMomentum,
+    /// [Linking number](crate::solver::RodLink) of closed rods, summed over bodies [turns].
+    Link,
 }
 
 /// The observed values of a run.
@@ -175,6 +177,7 @@ impl Observe {
                 Conserved::Energy => "J",
                 Conserved::Momentum => "kg·m/s",
                 Conserved::AngularMomentum => "kg·m²/s",
+                Conserved::Link => "turns",
             },
             Self::Path { .. } => "m",
         }
@@ -394,6 +397,7 @@ impl Conserved {
             Self::AngularMomentum => {
                 physics::angular_momentum(now).distance(physics::angular_momentum(start))
             }
+            Self::Link => (physics::link(world, now) - physics::link(world, start)).abs(),
         }
     }
 
@@ -402,6 +406,7 @@ impl Conserved {
             Self::Energy => physics::energy(world, start).abs(),
             Self::Momentum => physics::momentum(start).length(),
             Self::AngularMomentum => physics::angular_momentum(start).length(),
+            Self::Link => physics::link(world, start).abs(),
         }
     }
 }

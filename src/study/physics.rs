@@ -1,8 +1,8 @@
-//! Energy and momentum of a [`State`] of either solver, in f64.
+//! Energy, momentum and linking number of a [`State`] of either solver, in f64.
 
 use super::state::{BodyState, State};
 use crate::solver::{
-    Body, World,
+    Body, RodLink, World,
     measure::elastic_energies,
     topology::{self, Dimension},
 };
@@ -42,6 +42,16 @@ pub fn angular_momentum(state: &State) -> DVec3 {
     all().fold(DVec3::ZERO, |sum, (m, x, v)| {
         sum + (x - middle).cross(v) * m
     })
+}
+
+/// [Linking number](RodLink) of bodies that are a closed rod, summed [turns].
+#[must_use]
+pub fn link(world: &World, state: &State) -> f64 {
+    let bodies = world.bodies.iter().zip(&state.bodies);
+    bodies
+        .filter_map(|(body, now)| RodLink::of(&body.topology, &now.x, &now.segments))
+        .map(RodLink::total)
+        .sum()
 }
 
 /// Total volume of the tetrahedra of a body; without tetrahedra, the volume that its surface

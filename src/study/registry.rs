@@ -46,6 +46,8 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "helix_spring",
     "rod_l_beam",
     "rod_torsion",
+    "twisted_ring",
+    "plectoneme",
     "cantilever_4",
     "cantilever_8",
     "cantilever_16",

@@ -1,6 +1,6 @@
 //! The state that the fast solver and its f64 reference have in common, in f64.
 
-use crate::solver::{Settings, World, reference};
+use crate::solver::{SegmentState, Settings, World, reference};
 use glam::DVec3;
 
 /// A world in either precision, which can be stepped and observed.
@@ -28,6 +28,8 @@ pub struct BodyState {
     pub v: Vec<DVec3>,
     /// Masses [kg]; 0 for fixed particles.
     pub m: Vec<f64>,
+    /// The segments of a rod; empty for other bodies, and before the first tick.
+    pub segments: Vec<SegmentState>,
 }
 
 impl Solver {
@@ -144,6 +146,7 @@ impl Solver {
                         x: all.clone().map(|i| particles.position(i)).collect(),
                         v: all.clone().map(|i| particles.velocity_f64(i)).collect(),
                         m: all.map(|i| mass(w(i))).collect(),
+                        segments: particles.segments.clone(),
                     }
                 })
                 .collect(),
@@ -154,6 +157,7 @@ impl Solver {
                     x: body.x.clone(),
                     v: body.v.clone(),
                     m: body.w.iter().map(|&w| mass(w)).collect(),
+                    segments: body.segments(),
                 })
                 .collect(),
         };

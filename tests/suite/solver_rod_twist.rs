@@ -1,11 +1,11 @@
 //! Rods whose rest shape is not that of the mesh: closed forms of rings and helices.
 
 use crate::support::{body, damping, pinned, settings, world as world_of};
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, ContactThickness, Curl, Density, Friction, Mass, RestShape, Rod, RodRadius, RodShape,
+        Body, ContactThickness, Curl, Density, Friction, Mass, RestShape, Rod, RodLink, RodRadius,
         SectionStiffness, SelfContact, Settings, Twist, VertexIndex, World, YoungsModulus,
         reference,
     },
@@ -140,70 +140,6 @@ fn a_twisted_ring_leaves_its_plane_at_the_twist_of_michell() {
     }
 }
 
-/// Writhe of a closed polygon (Klenin and Langowski 2000, method 1a).
-fn writhe(points: &[DVec3]) -> f64 {
-    let count = points.len();
-    let at = |i: usize| points[i % count];
-    let mut sum = 0.0;
-    for j in 2..count {
-        for i in 0..j - 1 {
-            if i == 0 && j == count - 1 {
-                continue;
-            }
-            let [a, b, c, d] = [at(i), at(i + 1), at(j), at(j + 1)];
-            let normal = |p: DVec3, q: DVec3| p.cross(q).normalize_or_zero();
-            let normals = [
-                normal(c - a, d - a),
-                normal(d - a, d - b),
-                normal(d - b, c - b),
-                normal(c - b, c - a),
-            ];
-            let angle = |k: usize| {
-                let sine = normals[k].dot(normals[(k + 1) % 4]);
-                sine.clamp(-1.0, 1.0).asin()
-            };
-            let side = (d - c).cross(b - a).dot(c - a);
-            sum += (0..4).map(angle).sum::<f64>() * side.signum();
-        }
-    }
-    sum / TAU
-}
-
-/// Turns of the material around the closed polygon of a ring.
-fn material_twist(body: &Body, points: &[DVec3]) -> f64 {
-    let count = points.len();
-    // The frames of segments, in the order around the ring, with their directions along it.
-    let topology = &body.topology;
-    let shape = RodShape::of(topology).expect("a ring");
-    let mut frames = vec![DQuat::IDENTITY; count];
-    for (ends, segment) in shape.ends().zip(&body.particles.segments) {
-        let [a, b] = ends.map(|i| topology.numbering.vertex(i).0 as usize);
-        let backward = a != (b + count - 1) % count;
-        frames[if backward { b } else { a }] = segment.orientation
-            * if backward {
-                DQuat::from_rotation_x(PI)
-            } else {
-                DQuat::IDENTITY
-            };
-    }
-    let edges: Vec<DVec3> = (0..count)
-        .map(|i| (points[(i + 1) % count] - points[i]).normalize())
-        .collect();
-    let sides: Vec<DVec3> = (0..count)
-        .map(|i| {
-            let onto = DQuat::from_rotation_arc(frames[i] * DVec3::Z, edges[i]);
-            onto * (frames[i] * DVec3::X)
-        })
-        .collect();
-    let turns = (0..count).map(|i| {
-        let next = (i + 1) % count;
-        let carried = DQuat::from_rotation_arc(edges[i], edges[next]) * sides[i];
-        let along = carried.cross(sides[next]).dot(edges[next]);
-        along.atan2(carried.dot(sides[next]))
-    });
-    turns.sum::<f64>() / TAU
-}
-
 fn distance(a: [DVec3; 2], b: [DVec3; 2]) -> f64 {
     // Fine enough for rods whose segments are shorter than a few radii.
     let along = |[p, q]: [DVec3; 2], t: u32| p.lerp(q, f64::from(t) / 16.0);
@@ -237,8 +173,11 @@ fn a_ring_winds_up_without_passing_through_itself() {
         }
         let body = &world.bodies[0];
         let points = places(body);
-        let wound = writhe(&points);
-        let link = material_twist(body, &points) + wound;
+        let all: Vec<DVec3> = (0..points.len())
+            .map(|i| body.particles.position(i))
+            .collect();
+        let link = RodLink::of(&body.topology, &all, &body.particles.segments).expect("a ring");
+        let (wound, link) = (link.writhe, link.total());
         // Both sums are exact for polygons, up to the rounding of positions.
         assert!(link.abs() < 1e-3, "link {link} after {tick} ticks");
         most = most.max(wound.abs());

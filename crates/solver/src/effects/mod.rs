@@ -47,7 +47,9 @@ pub(crate) mod all {
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
         pressure::{Pressure, PressureState},
-        rod::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodShape, RodState, SegmentState},
+        rod::{
+            MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodLink, RodShape, RodState, SegmentState,
+        },
         shape_matching::{ShapeMatching, ShapeMatchingState},
         sink::Sink,
         stitches::{Stitch, StitchEnd, StitchError, Stitches},

@@ -21,8 +21,8 @@ mod renew;
 mod tear;
 
 use crate::{
-    Collider, Contacts, Effects, ElasticKind, Emission, Grains, RodState, Settings, Stitches,
-    Substep, Threads, Topology,
+    Collider, Contacts, Effects, ElasticKind, Emission, Grains, RodState, SegmentState, Settings,
+    Stitches, Substep, Threads, Topology,
     contact::pairs::Between,
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
@@ -382,6 +382,13 @@ impl Body {
     #[must_use]
     pub fn stitches(&self) -> &Stitches {
         &self.states.stitches.0
+    }
+
+    /// The segments of its rod, in the order of
+    /// [`Particles::segments`](crate::Particles::segments); empty without one.
+    #[must_use]
+    pub fn segments(&self) -> Vec<SegmentState> {
+        self.states.rod.segments()
     }
 
     /// A pass of all effects without elements in a phase.

@@ -627,6 +627,7 @@ impl<'a> TaskContext<'a> {
                     part,
                     lambdas,
                     h: self.h,
+                    gravity: settings.gravity,
                     iteration: (iteration, settings.iterations.get()),
                     is_extrapolated: settings.order.get() > 1,
                     instructions,

@@ -2,10 +2,12 @@
 
 mod bundle;
 mod elimination;
+mod link;
 mod pieces;
 mod shape;
 mod system;
 
+pub use link::RodLink;
 pub use shape::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, RodShape};
 pub use system::SegmentState;
 
