@@ -4,7 +4,8 @@
 //! A body with only this effect is compared with the same body without effects. Both are reset to a
 //! stretch of 20 % in every round, grains to an overlap of 2 %. Elements are the constraints of the
 //! effect, the particles for effects that act on particles, the segments for rods, and the triangles
-//! for wind and pressure. Plasticity and tearing need edges: their additional cost over that of edges
+//! for wind and pressure. A force mask needs a force: its additional cost over that of the force alone is
+//! given per particle. Plasticity and tearing need edges: their additional cost over that of edges
 //! alone is given per edge. Tearing looks for what is above its limit once per tick of 64 substeps;
 //! nothing is. Nothing touches the bodies with contact: this is the cost of the search.
 
@@ -18,7 +19,7 @@ use pliant::{
     mesh::Primitive,
     prelude::*,
     simulation::{SolverThreads, plain, tick},
-    solver::{Body, Collider, ColliderShape, Pose, Substeps, Threads, VertexIndex, World},
+    solver::{Body, Collider, ColliderShape, Pose, Substeps, Threads, Uniform, VertexIndex, World},
 };
 use std::{
     sync::Arc,
@@ -111,7 +112,7 @@ fn main() -> anyhow::Result<()> {
 }
 
 /// Effects whose elements are particles.
-const BY_PARTICLE: [&str; 12] = [
+const BY_PARTICLE: [&str; 13] = [
     "uniform",
     "attract",
     "vortex",
@@ -121,6 +122,7 @@ const BY_PARTICLE: [&str; 12] = [
     "self_contact",
     "grains",
     "drag",
+    "force_mask",
     "ground",
     "sticky_ground",
     "collide",
@@ -130,6 +132,7 @@ const BY_PARTICLE: [&str; 12] = [
 fn given(world: &World, effect: &str) -> anyhow::Result<World> {
     let mut world = world.clone();
     match effect {
+        "force_mask" => world.bodies[0].effects.uniform = Some(Uniform::default()),
         "plasticity" | "tear" => {
             world.bodies[0].effects.stretch = Some(Stretch {
                 compliance: Compliance::new(1e-3)?,

@@ -114,6 +114,7 @@ mod elastic;
 mod emitter;
 mod external;
 mod force;
+mod force_mask;
 mod grab;
 mod grabs;
 mod grains;

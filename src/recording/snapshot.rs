@@ -80,8 +80,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 15 stores the tolerance of the direct solver.
-const VERSION: u32 = 15;
+/// Other versions are not read. Version 16 stores force masks.
+const VERSION: u32 = 16;
 const HEAD: usize = 28;
 
 impl Snapshot {

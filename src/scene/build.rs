@@ -602,6 +602,11 @@ fn check_effects(spec: &BodySpec, topology: &Topology) -> Result<(), String> {
     if effects.tear.is_some() && has_grains {
         return Err("`tear` needs elements that could break; grains have none".to_owned());
     }
+    if effects.force_mask.is_some() && has_grains {
+        return Err(
+            "`force_mask` needs a shape at rest that can be divided; grains have none".to_owned(),
+        );
+    }
     match effects.rod {
         Some(_) => RodShape::of(topology)
             .map(drop)

@@ -7,11 +7,11 @@ use pliant::{
     solver::{
         Attract, Axis, Bend, Body, BodyEmitter, BreakingStrain, Coefficient, Collide, Compliance,
         Contact, Creep, Damping, Direct, Drag, Effects, Emitter, Finite, FlexuralRigidity,
-        Frequency, Friction, Grab, GrainRolling, Grains, Ground, IsometricBend, Membrane,
-        MembraneCompliance, NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape, Rod,
-        SectionStiffness, SelfContact, ShapeMatching, Sink, Slack, StickyGround, Stiffness, Strain,
-        StrainLimit, Stream, Stretch, Struts, SurfacePoint, Tear, Tethers, Thickness, Turbulence,
-        Uniform, Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
+        ForceMask, Fraction, Frequency, Friction, Grab, GrainRolling, Grains, Ground,
+        IsometricBend, Membrane, MembraneCompliance, NeoHookean, ParticleIndex, Plasticity,
+        Pressure, RestShape, Rod, SectionStiffness, SelfContact, ShapeMatching, Sink, Slack,
+        StickyGround, Stiffness, Strain, StrainLimit, Stream, Stretch, Struts, SurfacePoint, Tear,
+        Tethers, Thickness, Turbulence, Uniform, Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
     },
 };
 
@@ -62,6 +62,7 @@ samples! {
     Turbulence on Solid { speed: of::<Coefficient>(5.0) }
     Wind on Sheet { z: of::<Finite>(6.0), turbulence: of::<Coefficient>(0.5) }
     Drag on Solid { linear: of::<Coefficient>(1.5) }
+    ForceMask on Solid { high_y: of::<Fraction>(0.6), fade: of::<Fraction>(0.3) }
     Stretch on Sheet { compliance: of::<Compliance>(1e-5); damping }
     Bend on Sheet { stiffness: of::<FlexuralRigidity>(1e-3); damping }
     IsometricBend on Sheet { stiffness: of::<FlexuralRigidity>(1e-3); damping }
@@ -189,6 +190,7 @@ macro_rules! elastic {
     (
         {
             forces { $($force:tt)* }
+            masks { $($mask:tt)* }
             solvers { $($solver:tt)* }
             elastic { $($effect:ident $field:ident ($corners:literal, $rows:literal) $does:literal;)* }
             $($others:tt)*
@@ -209,7 +211,7 @@ pliant::solver::effects!(elastic);
 
 /// Place of a body on the ground [m], in rows of 24. Gusts and rounding depend on it.
 pub fn place(index: usize) -> Vec3 {
-    let (row, column) = ((index + 22) / 24, (index + 22) % 24);
+    let (row, column) = ((index + 21) / 24, (index + 21) % 24);
     Vec3::new(2.0 * column as f32, 0.0, -5.0 * row as f32)
 }
 
@@ -221,6 +223,10 @@ pub fn bodies() -> Vec<Body> {
             stretch: stretch(1e-5),
             volume: volume(1e-5),
             ground: Some(Ground::default()),
+            // What a mask limits.
+            uniform: effects
+                .force_mask
+                .map(|_| Uniform::sample(Damping::default())),
             ..Effects::default()
         };
         let (shape, density) = shape(&on);

@@ -103,6 +103,7 @@ mod solver_emitter;
 mod solver_equilibrium;
 mod solver_field;
 mod solver_force;
+mod solver_force_mask;
 mod solver_friction;
 mod solver_gradients;
 mod solver_grains;

@@ -62,6 +62,8 @@ const STICKY: &str = "sticky_ground";
 const PLASTIC: &str = "plasticity";
 /// The effect with two systems.
 const STITCHES: &str = "stitches";
+/// The effect without a system: forces read it.
+const MASK: &str = "force_mask";
 /// They act between ticks, in systems that are always there.
 const BETWEEN_TICKS: [&str; 4] = ["tear", "emitter", "body_emitter", "sink"];
 
@@ -78,7 +80,7 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let forces = [&forces[..], &[ExternalForce::NAME]].concat();
     let in_iteration = present
         .iter()
-        .filter(|name| ![STICKY, PLASTIC].contains(name) && !BETWEEN_TICKS.contains(name))
+        .filter(|name| ![STICKY, PLASTIC, MASK].contains(name) && !BETWEEN_TICKS.contains(name))
         .filter(|name| !forces.contains(name) && **name != PinTargets::NAME);
     let mut in_iteration: Vec<_> = in_iteration.copied().collect();
     // Stitches have a second system, for those between bodies, after the last constraint.

@@ -97,7 +97,7 @@ pub use effects::{
     carried::Effects,
     elastic_kind::ElasticKind,
     force::{
-        attract::Attract, axis::Axis, drag::Drag, law::ForceKind, stream::Stream,
+        attract::Attract, axis::Axis, drag::Drag, law::ForceKind, mask::ForceMask, stream::Stream,
         turbulence::Turbulence, uniform::Uniform, vortex::Vortex, wind::Wind,
     },
     states::EffectStates,

@@ -23,6 +23,7 @@ macro_rules! of_body_effects {
     (
         {
             forces { $($force:tt)* }
+            masks { $($mask:tt)* }
             solvers { $($solver:tt)* }
             elastic { $($elastic:tt)* }
             shapes { $($shape:ident $shaped:ident $shapes:literal;)* }

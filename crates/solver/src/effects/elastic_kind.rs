@@ -5,6 +5,7 @@ macro_rules! kinds {
     (
         {
             forces { $($force:tt)* }
+            masks { $($mask:tt)* }
             solvers { $($solver:tt)* }
             elastic { $($effect:ident $field:ident ($corners:literal, $rows:literal) $does:literal;)* }
             $($others:tt)*

@@ -90,6 +90,9 @@ macro_rules! effects {
                     Wind wind "Drag and lift on the triangles of the surface.";
                     Drag drag "Drag of a resting medium.";
                 }
+                masks {
+                    ForceMask force_mask "The part of the body on which its force fields act.";
+                }
                 solvers {
                     Direct direct "Sparse direct solver instead of Gauss–Seidel.";
                 }

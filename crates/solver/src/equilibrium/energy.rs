@@ -67,13 +67,14 @@ impl<'a> Energy<'a> {
         let uniform = body.effects.uniform.map_or(DVec3::ZERO, |uniform| {
             Finite::vector([uniform.x, uniform.y, uniform.z])
         });
+        let weight = body.effects.force_weights(&body.topology);
         let w: Vec<f64> = all
             .clone()
             .map(|i| particles.positions[i].w.into())
             .collect();
-        let force = |w: &f64| {
+        let force = |(i, w): (u32, &f64)| {
             if *w > 0.0 {
-                (gravity + uniform) / *w
+                (gravity + uniform * weight(i)) / *w
             } else {
                 DVec3::ZERO
             }
@@ -81,7 +82,7 @@ impl<'a> Energy<'a> {
         let mut energy = Self {
             body,
             start: all.map(|i| particles.position(i)).collect(),
-            load: w.iter().map(force).collect(),
+            load: (0..).zip(&w).map(force).collect(),
             w,
             rigid: None,
             lambdas: Default::default(),

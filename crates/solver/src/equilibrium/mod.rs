@@ -3,7 +3,7 @@
 //! E(x) = Σ ½C²/α − Σ m a·x
 //!
 //! is minimal with pins in their places: the sum over all elastic rows, with a the sum of gravity
-//! and uniform acceleration. It is found by Newton's method, without time steps, and is independent
+//! and uniform acceleration, where its [mask](super::ForceMask) lets it act. It is found by Newton's method, without time steps, and is independent
 //! of substeps, iterations and single precision: the limit of the [solver](super::World) and its
 //! [f64 reference](super::reference) at rest.
 //!

@@ -70,8 +70,9 @@ fn unknown(effects: &Effects) -> Option<&'static str> {
         membrane: _,
         weave: _,
         struts: _,
-        // A constant force.
+        // A constant force, and the part on which it acts.
         uniform: _,
+        force_mask: _,
         // Solver selection.
         direct: _,
         attract,

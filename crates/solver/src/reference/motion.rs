@@ -109,8 +109,14 @@ impl Body {
         impl VisitForces for Act<'_> {
             fn visit<F: Force>(&mut self, force: &F) {
                 let Body {
-                    topology, x, v, w, ..
+                    topology,
+                    effects,
+                    x,
+                    v,
+                    w,
+                    ..
                 } = &mut *self.0;
+                let weight = effects.force_weights(topology);
                 let v = Cell::from_mut(&mut v[..]).as_slice_of_cells();
                 let at = |i: u32| Mote {
                     x: x[i as usize],
@@ -118,8 +124,9 @@ impl Body {
                     w: w[i as usize],
                 };
                 force.act(topology, self.1, at, |i, change| {
-                    if w[i as usize] > 0.0 {
-                        v[i as usize].set(v[i as usize].get() + change);
+                    let weight = weight(i);
+                    if w[i as usize] > 0.0 && weight > 0.0 {
+                        v[i as usize].set(v[i as usize].get() + change * weight);
                     }
                 });
             }

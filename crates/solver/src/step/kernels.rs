@@ -17,6 +17,7 @@ macro_rules! of_elastic_effects {
     (
         {
             forces { $($force:tt)* }
+            masks { $($mask:tt)* }
             solvers { $($solver:tt)* }
             elastic { $($effect:ident $field:ident ($corners:literal, $rows:literal) $does:literal;)* }
             $($others:tt)*

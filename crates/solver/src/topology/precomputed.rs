@@ -55,6 +55,8 @@ pub struct Topology {
     pub radii: Arc<[f32]>,
     /// Kind of elements that carry the mass of the body.
     pub dimension: Dimension,
+    /// Lowest and highest corner of the bounding box at rest [m], of the centers of grains.
+    pub bounds: [Vec3; 2],
     /// Longest side of the bounding box at rest [m].
     pub size: f32,
     /// Omissions from the input.
@@ -211,6 +213,7 @@ impl Topology {
             radii: radii.into(),
             numbering,
             dimension,
+            bounds: [low, high],
             size: (high - low).max_element() + diameter,
             left_out,
             rest: rest.into(),

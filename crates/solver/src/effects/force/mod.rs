@@ -1,5 +1,6 @@
 //! External forces of a body. They act before the first stage, each changing velocities by its
-//! acceleration over a substep: v += h a(x, v, t).
+//! acceleration over a substep: v += h a(x, v, t), times the weight of the particle where the body
+//! carries a [`ForceMask`](crate::ForceMask).
 //!
 //! Each has one formula, in `f64`, shared by the fast solver and the reference; tests compare it
 //! with closed forms. A body is processed on one thread. Most forces are cheap compared with
@@ -10,6 +11,7 @@ pub(crate) mod attract;
 pub(crate) mod axis;
 pub(crate) mod drag;
 pub(crate) mod law;
+pub(crate) mod mask;
 mod noise;
 pub(crate) mod stream;
 pub(crate) mod turbulence;
@@ -26,8 +28,14 @@ use crate::{
 use glam::Vec4;
 use std::cell::Cell;
 
-/// Applies a force to all particles of a body.
-fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: Part) {
+/// Applies a force to the particles of a body, each by its weight from 0 to 1.
+fn on_particles(
+    force: &impl Force,
+    weight: impl Fn(u32) -> f64,
+    topology: &Topology,
+    moment: Moment,
+    part: Part,
+) {
     let Part {
         positions,
         displacements,
@@ -47,15 +55,28 @@ fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: P
         }
     };
     force.act(topology, moment, at, |i, change| {
-        if positions[i as usize].w > 0.0 {
+        let weight = weight(i);
+        if positions[i as usize].w > 0.0 && weight > 0.0 {
             let (u, c) = (&displacements[i as usize], &carry[i as usize]);
-            let now = wide(u.get()) + change * moment.h;
+            let now = wide(u.get()) + change * weight * moment.h;
             u.set(now.as_vec3().extend(0.0));
             // The rounding error of u is not lost to the velocity, as in the first stage.
             let lost = now - wide(u.get());
             c.set((wide(c.get()) - lost).as_vec3().extend(0.0));
         }
     });
+}
+
+impl Effects {
+    /// Weight with which force fields act on each particle, from 0 to 1: that of the
+    /// [`ForceMask`](crate::ForceMask), 1 without one.
+    pub(crate) fn force_weights<'a>(
+        &self,
+        topology: &'a Topology,
+    ) -> impl Fn(u32) -> f64 + use<'a> {
+        let mask = self.force_mask.map(|mask| mask.weights(topology));
+        move |i| mask.as_ref().map_or(1.0, |weight| weight(i))
+    }
 }
 
 /// Generates the code for forces.
@@ -83,8 +104,12 @@ macro_rules! forces {
             /// Applies one of the forces.
             pub(crate) fn push(&self, kind: ForceKind, topology: &Topology, moment: Moment, part: Part) {
                 match kind {
-                    $(ForceKind::$force => if let Some(force) = &self.$field {
-                        on_particles(force, topology, moment, part);
+                    $(ForceKind::$force => match (&self.$field, &self.force_mask) {
+                        (Some(force), None) => on_particles(force, |_| 1.0, topology, moment, part),
+                        (Some(force), Some(mask)) => {
+                            on_particles(force, mask.weights(topology), topology, moment, part);
+                        }
+                        (None, _) => {}
                     },)*
                 }
             }

@@ -273,6 +273,7 @@ impl<'a> Structure<'a> {
             triangles: triangles.into(),
             radii: topology.radii.clone(),
             dimension: topology.dimension,
+            bounds: topology.bounds,
             size: topology.size,
             left_out: topology.left_out,
             hinges: Lazy::default(),
