@@ -161,7 +161,8 @@ struct Library;
 /// ([`SimulationSettings`](simulation::SimulationSettings)) that does not depend on the frame's: the
 /// [clock](simulation::SimulationClock) runs as many as are due, but begins none after 50 ms, so
 /// that a hitch stays short and a slow computer shows slow motion. Bodies are drawn between two
-/// ticks. Bevy's fixed schedules run several times after a hitch, without such a limit; use
+/// ticks. Bevy's fixed schedules run several times after a hitch, without such a limit, and may have
+/// another rate than the ticks; use
 /// [`FixedPostUpdate`] together with a rigid-body engine that steps there.
 ///
 /// ```

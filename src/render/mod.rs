@@ -42,7 +42,10 @@ pub use ray_cast::{SoftBodyPickingPlugin, SoftBodyRayCast};
 
 use crate::{
     mesh::Skin,
-    simulation::{Asleep, BodySkin, SimulationClock, SoftBody, SoftBodySystems, TickStart},
+    simulation::{
+        Asleep, BodySkin, DrawnInstant, PastStarts, SimulationClock, SoftBody, SoftBodySystems,
+        TickStart,
+    },
     solver::{Particles, Rod, Topology, TopologyId, topology::Dimension},
 };
 use bevy::{
@@ -98,10 +101,10 @@ impl Plugin for SoftBodyMeshPlugin {
 /// The state that was drawn last, so that unchanged bodies are skipped.
 #[derive(Component, Debug, Default)]
 struct Shown {
-    /// Interpolation fraction of the drawn state.
-    fraction: Option<f32>,
-    /// Whether the body was asleep.
-    asleep: bool,
+    /// Instant of the drawn state.
+    instant: Option<DrawnInstant>,
+    /// Whether it was that of a sleeping body, which does not change.
+    at_rest: bool,
     /// The topology.
     topology: Option<TopologyId>,
     /// The skin.
@@ -293,28 +296,28 @@ fn interpolate(
     mut bodies: Query<(
         &SoftBody,
         Ref<Particles>,
-        &TickStart,
+        (&TickStart, &PastStarts),
         (Option<&BodySkin>, Has<HasTransform>),
         Has<Asleep>,
         &mut Drawn,
         &mut Shown,
     )>,
 ) {
-    let fraction = clock.overstep();
+    let instant = clock.drawn();
     bodies.par_iter_mut().for_each(
-        |(body, particles, start, (skin, has_transform), asleep, mut drawn, mut shown)| {
-            let still = shown.fraction == Some(fraction) || (asleep && shown.asleep);
+        |(body, particles, (start, past), (skin, has_transform), asleep, mut drawn, mut shown)| {
+            let is_at_rest = asleep && past.is_empty();
+            let still = shown.instant == Some(instant) || (is_at_rest && shown.at_rest);
             if still && !particles.is_changed() {
                 return;
             }
-            let between = start.positions.iter().zip(&particles.positions);
-            let between = between.map(|(a, b)| a.lerp(*b, fraction));
+            let between = past.positions(instant, start, &particles);
             place(&mut drawn, body, skin, between);
             if has_transform {
                 let sum: Vec3 = drawn.particles.iter().map(|x| x.truncate()).sum();
                 drawn.origin = sum / drawn.particles.len().max(1) as f32;
             }
-            (shown.fraction, shown.asleep) = (Some(fraction), asleep);
+            (shown.instant, shown.at_rest) = (Some(instant), is_at_rest);
         },
     );
 }

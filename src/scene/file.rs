@@ -132,7 +132,7 @@ pub struct MeshSpec {
     /// Name of a built-in mesh, or path of a file relative to the scene file.
     pub file: String,
     /// Name of a part, by default the whole file: of a node or a mesh of glTF, of an object or a group
-    /// of OBJ. See [`Parts`](crate::mesh::read::Parts).
+    /// of OBJ, of a physical group of Gmsh. See [`Parts`](crate::mesh::read::Parts).
     #[serde(default)]
     pub part: Option<String>,
     /// What `size` and the position of the body refer to if there is a `part`.

@@ -1,6 +1,6 @@
 //! Components of every soft body.
 
-use super::SimulationClock;
+use super::{PastStarts, SimulationClock};
 use crate::{
     mesh::Skin,
     solver::{
@@ -45,6 +45,7 @@ use std::sync::Arc;
     Pins,
     AddedMass,
     TickStart,
+    PastStarts,
     RestTimer,
     EffectStates,
     SpawnOrder,
@@ -324,7 +325,7 @@ pub(super) fn follow_mesh(
     mut bodies: Query<(
         &SoftBody,
         &mut Particles,
-        &mut TickStart,
+        (&mut TickStart, &mut PastStarts),
         &mut EffectStates,
         &mut RestTimer,
         &BodyDensity,
@@ -333,11 +334,12 @@ pub(super) fn follow_mesh(
         &mut KnownMesh,
     )>,
 ) {
-    let Ok((body, mut particles, mut start, mut states, mut rest, density, added, pins, mut known)) =
+    let Ok((body, mut particles, starts, mut states, mut rest, density, added, pins, mut known)) =
         bodies.get_mut(inserted.entity)
     else {
         return;
     };
+    let (mut start, mut past) = starts;
     let mesh = Some(body.id());
     if known.0 == mesh {
         return;
@@ -350,6 +352,7 @@ pub(super) fn follow_mesh(
     set_inverse_masses(&mut particles.positions, body, density.0, added, pins);
     start.0.clone_from(&particles);
     if !is_new {
+        *past = PastStarts::default();
         *states = EffectStates::default();
         rest.0.reset();
         let entity = inserted.entity;

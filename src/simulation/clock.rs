@@ -1,10 +1,19 @@
 //! The clock of the simulation: pause, single steps, speed, and a limit on catching up.
 
+use super::DrawnInstant;
 use bevy::prelude::*;
 use std::time::Duration;
 
 /// Durations are whole nanoseconds: a tick that is due within 1 ns [s] counts as due.
 const NANOSECOND: f64 = 1e-9;
+
+/// Steps of a fixed schedule and ticks are multiples of each other if they are within this part. Steps
+/// are whole nanoseconds: of at least 1 ms, they are off by half of it.
+const MULTIPLE: f64 = 1e-6;
+
+/// Maximum number of ticks in the time between the drawn and the current state, so that memory has a
+/// bound.
+const MAX_PAST: usize = 32;
 
 /// The clock of a tick: `Res<Time<Tick>>`, and `Res<Time>` inside
 /// [`StepSchedule`](super::StepSchedule).
@@ -57,6 +66,8 @@ pub struct SimulationClock {
     waiting: f64,
     /// Time of the frame that a fixed schedule has not run for yet [s].
     ahead: f64,
+    /// Time of a run of a fixed schedule [s]; none in other schedules.
+    fixed_step: Option<f64>,
     tick_seconds: f64,
     steps_requested: u32,
     dropped: u64,
@@ -81,6 +92,7 @@ impl Default for SimulationClock {
             next_substep: None,
             waiting: 0.0,
             ahead: 0.0,
+            fixed_step: None,
             tick_seconds: 1.0 / 60.0,
             steps_requested: 0,
             dropped: 0,
@@ -134,7 +146,8 @@ impl SimulationClock {
     /// Fraction of the next tick that has passed in real time, from 0 to 1: draw bodies
     /// interpolated by it between [`TickStart`](super::TickStart) and their current state. 0 in
     /// mid-tick, 1 when paused. In one of Bevy's fixed schedules it includes the time of the frame
-    /// for which that schedule has not run yet.
+    /// for which that schedule has not run yet; if it is at 1 there for several frames, as its rate
+    /// is not that of the ticks, [`drawn`](Self::drawn) is even.
     #[must_use]
     pub fn overstep(&self) -> f32 {
         if self.mid_tick() {
@@ -145,6 +158,52 @@ impl SimulationClock {
             let waiting = self.waiting + self.ahead * self.bounded_speed();
             (waiting / self.tick_seconds).clamp(0.0, 1.0) as f32
         }
+    }
+
+    /// The instant that is drawn, for [`PastStarts::positions`](super::PastStarts::positions). It
+    /// advances by the time of the frame in each frame, as far as ticks keep up.
+    ///
+    /// It is behind real time by the length of a tick. In one of Bevy's fixed schedules, it is behind
+    /// by the longer of the tick and the step of the schedule if one is a multiple of the other, and
+    /// else by both together: one tick at 60, 120 or 240 Hz with 60 ticks per second, 0.1 s at
+    /// 10 Hz, 32.3 ms at 64 Hz. With more than 33 ticks in that time, drawing is not even.
+    ///
+    /// In mid-tick, it is the start of that tick; when paused, the current state.
+    #[must_use]
+    pub fn drawn(&self) -> DrawnInstant {
+        let lag = self.lag();
+        if lag == 0.0 || self.mid_tick() || self.paused {
+            let fraction = self.overstep();
+            return DrawnInstant {
+                ticks_back: 0,
+                fraction,
+            };
+        }
+        let waiting = self.waiting + self.ahead * self.bounded_speed();
+        let ticks = (waiting - lag) / self.tick_seconds;
+        let ticks = ticks.clamp(-(MAX_PAST as f64), 1.0);
+        let ticks_back = (-ticks).ceil().max(0.0);
+        DrawnInstant {
+            ticks_back: ticks_back as usize,
+            fraction: (ticks + ticks_back) as f32,
+        }
+    }
+
+    /// Simulated time by which drawing is behind real time, beyond a tick [s]. A fixed schedule does
+    /// not run for a step, in which the drawn instant must not come to the current state.
+    fn lag(&self) -> f64 {
+        let Some(step) = self.fixed_step else {
+            return 0.0;
+        };
+        let step = step * self.bounded_speed();
+        Fit::of(step, self.tick_seconds).map_or(step, |fit| fit.excess)
+    }
+
+    /// Number of states before that at the start of the last tick which drawing needs.
+    pub(super) fn past_starts(&self) -> usize {
+        // Rounding makes no tick more.
+        let ticks = (self.lag() / self.tick_seconds - MULTIPLE).ceil();
+        (ticks.max(0.0) as usize).min(MAX_PAST)
     }
 
     /// The speed, in its valid range.
@@ -167,6 +226,7 @@ impl SimulationClock {
             patience: self.patience,
             film_step: self.film_step,
             film_steps: self.film_steps,
+            fixed_step: self.fixed_step,
             ..Self::default()
         };
     }
@@ -182,7 +242,14 @@ impl SimulationClock {
             None => real,
             Some(step) => self.film(real, step),
         };
-        self.waiting += passed.as_secs_f64() * speed;
+        let passed = passed.as_secs_f64() * speed;
+        self.waiting += passed;
+        if self.fixed_step.is_some()
+            && let Some(fit) = Fit::of(passed, tick_seconds)
+        {
+            // Ticks stay in step with the schedule, whatever their phase was at another speed.
+            self.waiting = (self.waiting / fit.shorter).round() * fit.shorter;
+        }
         // One more than the limit may be pending, so that a tick that is slightly late is not
         // dropped.
         let bound = match self.held {
@@ -227,9 +294,41 @@ impl SimulationClock {
     }
 }
 
+/// A fixed schedule whose step is a multiple or a whole part of a tick.
+struct Fit {
+    /// The shorter of step and tick, of which the other is a multiple [s].
+    shorter: f64,
+    /// How much longer a step is than a tick [s].
+    excess: f64,
+}
+
+impl Fit {
+    fn of(step: f64, tick: f64) -> Option<Self> {
+        let of_long_steps = multiple(step, tick).map(|ticks| Self {
+            shorter: tick,
+            excess: (ticks - 1.0) * tick,
+        });
+        of_long_steps.or_else(|| {
+            multiple(tick, step).map(|steps| Self {
+                shorter: tick / steps,
+                excess: 0.0,
+            })
+        })
+    }
+}
+
+/// How many times `part` is in `whole`, if it is a whole number of times.
+fn multiple(whole: f64, part: f64) -> Option<f64> {
+    let times = whole / part;
+    let nearest = times.round();
+    let is_whole = nearest >= 1.0 && (times - nearest).abs() <= MULTIPLE * times;
+    is_whole.then_some(nearest)
+}
+
 /// After the fixed schedules of a frame: notes the time for which they have not run yet.
 pub(super) fn look_ahead(fixed: Res<Time<Fixed>>, mut clock: ResMut<SimulationClock>) {
     clock.ahead = fixed.overstep().as_secs_f64();
+    clock.fixed_step = Some(fixed.timestep().as_secs_f64());
 }
 
 #[cfg(test)]

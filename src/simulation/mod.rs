@@ -15,6 +15,7 @@ mod emission;
 mod jobs;
 mod ledger;
 mod moment;
+mod past;
 pub mod plain;
 pub(crate) mod plan;
 mod profile;
@@ -41,6 +42,7 @@ pub use emission::BodyEmitted;
 pub use jobs::{BodyContact, BodyContacts};
 pub use ledger::{Energies, EnergyLedger};
 pub use moment::Moment;
+pub use past::{DrawnInstant, PastStarts};
 pub use plan::system_names;
 pub use profile::Profile;
 pub use query::{SoftBodyHit, SoftBodyQueries};
@@ -155,6 +157,7 @@ impl Plugin for SimulationPlugin {
             .register_type::<crate::effect::PinTargets>()
             .add_observer(body::number_body)
             .add_observer(body::follow_mesh)
+            .add_observer(past::forget)
             .add_observer(crate::effect::body_added)
             .add_observer(crate::effect::body_removed)
             .add_observer(body::complete_collider)
@@ -184,6 +187,7 @@ impl Plugin for SimulationPlugin {
                     begin::wake_touched,
                     begin::forget_restored,
                     begin::choose_solvers,
+                    past::keep,
                     begin::remember_start,
                 )
                     .chain()

@@ -19,6 +19,7 @@ mod mesh_elements;
 mod mesh_fill;
 mod mesh_fuzz;
 mod mesh_gltf;
+mod mesh_groups;
 mod mesh_parts;
 mod mesh_primitives;
 mod mesh_read;

@@ -2,6 +2,7 @@
 //! without a panic, and with memory in proportion to the file.
 
 use crate::fuzz_support::{Edit, broken, edits, fuzz, in_proportion};
+use crate::mesh_groups;
 use crate::mesh_read::binary_gmsh;
 use pliant::mesh::{
     BuildOptions, FileMesh, MeshError, SoftMesh, SurfaceMesh, Treatment, build, read,
@@ -62,7 +63,10 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
     let json = TEXTS[5].1.replace("\"uri\":\"b.bin\",", "");
     let others = [("a.ele", ELE.into()), ("a.glb", glb(&json))];
     let binary = ["2.2", "4.0", "4.1"].map(|version| ("a.msh", binary_gmsh(version, false, 8)));
-    texts.into_iter().chain(binary).chain(others).collect()
+    let groups = mesh_groups::files().into_iter();
+    let groups = groups.map(|(version, numbers)| ("a.msh", mesh_groups::cubes(version, numbers)));
+    let all = texts.into_iter().chain(binary).chain(groups);
+    all.chain(others).collect()
 }
 
 fn beside(name: &str) -> io::Result<Vec<u8>> {

@@ -2,7 +2,7 @@
 //! systems inside a tick see.
 
 use crate::{
-    support::settings,
+    support::{body, cube, settings},
     support_app::{app_of, cubes, ticks},
 };
 use bevy::{prelude::*, time::TimeUpdateStrategy};
@@ -10,11 +10,11 @@ use pliant::{
     SoftBodyPlugins,
     effect::Stretch,
     simulation::{
-        Action, Actions, EndedEarly, SimulationClock, SimulationSettings, SolvePhase,
+        Action, Actions, EndedEarly, PastStarts, SimulationClock, SimulationSettings, SolvePhase,
         SolveSchedule, SolverSystems, StepSchedule, StepSystems, SubstepSchedule, SubstepTime,
-        Tick, plain, state_hash,
+        Tick, TickStart, plain, state_hash,
     },
-    solver::Compliance,
+    solver::{self, Compliance, Particles},
 };
 use std::{thread, time::Duration};
 
@@ -428,4 +428,151 @@ fn a_hitch_stays_short_and_slow_ticks_are_slow_motion() {
         assert!((1..=3).contains(&done), "{done} ticks in a frame");
     }
     assert!(clock(&mut app).dropped() > 0, "the others are dropped");
+}
+
+/// Rates of a fixed schedule [Hz], and the time by which drawing is behind with 60 ticks per second [s].
+const FIXED: [(f64, f64); 8] = [
+    (10.0, 0.1),
+    (20.0, 0.05),
+    (30.0, 1.0 / 30.0),
+    (50.0, 1.0 / 50.0 + 1.0 / 60.0),
+    (60.0, 1.0 / 60.0),
+    (64.0, 1.0 / 64.0 + 1.0 / 60.0),
+    (120.0, 1.0 / 60.0),
+    (240.0, 1.0 / 60.0),
+];
+
+/// A body that moves by 1 m/s along x, from 0, in a fixed schedule.
+fn moving(fixed: f64, frame: Duration) -> (App, Entity) {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(FixedPostUpdate)));
+    app.insert_resource(Time::<Fixed>::from_hz(fixed));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(frame));
+    app.finish();
+    app.cleanup();
+    let mut cube = body("cube", cube(0.4, 1), 1000.0);
+    cube.set_velocity(Vec3::X);
+    let world = solver::World {
+        settings: settings(0.0, 60.0, 4, 2),
+        bodies: vec![cube],
+        ..solver::World::default()
+    };
+    let (bodies, _) = plain::spawn(app.world_mut(), &world);
+    clock(&mut app).limit = None;
+    app.update();
+    (app, bodies[0])
+}
+
+/// The drawn x of the middle of a body [m].
+fn drawn_x(app: &App, body: Entity) -> f64 {
+    let at = app.world().resource::<SimulationClock>().drawn();
+    let body = app.world().entity(body);
+    let (past, start, now) = body.components::<(&PastStarts, &TickStart, &Particles)>();
+    let x = past.positions(at, start, now).map(|p| f64::from(p.x));
+    x.sum::<f64>() / now.len() as f64
+}
+
+/// Time of the frames [s].
+fn passed(app: &App) -> f64 {
+    app.world().resource::<Time<Virtual>>().elapsed_secs_f64()
+}
+
+/// A body is drawn where it was a constant time ago, in every frame, also in that of a hitch, of which
+/// Bevy makes up 0.25 s.
+#[test]
+fn drawing_is_even_in_fixed_schedules_of_any_rate() {
+    for (fixed, latency) in FIXED {
+        for rate in [30.0, 60.0, 144.0] {
+            let frame = Duration::from_secs_f64(1.0 / rate);
+            let (mut app, body) = moving(fixed, frame);
+            let mut before = (0.0, 0.0);
+            for number in 0..(4.0 * rate) as u32 {
+                let real = match number {
+                    60 => Duration::from_millis(250),
+                    80 => Duration::from_secs(10),
+                    _ => frame,
+                };
+                app.insert_resource(TimeUpdateStrategy::ManualDuration(real));
+                let ticks = clock(&mut app).tick();
+                app.update();
+                let ticks = clock(&mut app).tick() - ticks;
+                let what = format!("{fixed} Hz, {rate} frames per second, frame {number}");
+                // Those of the frame, and of a step that had begun.
+                let most = (real.as_secs_f64().min(0.25) + 1.0 / fixed) * 60.0 + 1.0;
+                assert!(ticks as f64 <= most, "{what}: {ticks} ticks");
+                let expected = (passed(&app) - latency).max(0.0);
+                let x = drawn_x(&app, body);
+                // The speed is rounded by up to 6e-8 in each of about 1000 substeps, which is 6e-5 of at
+                // most 5 m, growing from 0.
+                let off = (x - expected).abs();
+                assert!(off < 1.5e-4, "{what}: {x} m, expected {expected} m");
+                // That part of the longest frame, and 2.4e-7 m in each of four operations for two
+                // frames. Without a frame of 1/144 s it is 7e-3 m.
+                let off = (x - before.0 - (expected - before.1)).abs();
+                assert!(off < 2e-5, "{what}: {off} m too much or too little");
+                before = (x, expected);
+            }
+            assert_eq!(clock(&mut app).dropped(), 0, "{fixed} Hz, {rate}");
+        }
+    }
+}
+
+/// A speed at which ticks and steps of the schedule do not fit leaves nothing behind.
+#[test]
+fn drawing_is_even_after_the_speed_has_changed() {
+    for (fixed, _) in FIXED {
+        let frame = Duration::from_secs_f64(1.0 / 144.0);
+        let (mut app, body) = moving(fixed, frame);
+        for (speed, settle) in [(1.0, 50), (0.7, 50), (1.0, 50), (2.0, 50), (0.5, 100)] {
+            clock(&mut app).speed = speed;
+            // What is drawn is behind by another time at first.
+            updates(&mut app, settle);
+            let mut before = drawn_x(&app, body);
+            for number in 0..100 {
+                app.update();
+                let x = drawn_x(&app, body);
+                // As above, at up to 6 m.
+                let off = (x - before - speed * frame.as_secs_f64()).abs();
+                assert!(
+                    off < 4e-6,
+                    "{fixed} Hz, speed {speed}, frame {number}: {off} m"
+                );
+                before = x;
+            }
+        }
+    }
+}
+
+/// States are kept where drawing needs them, and those of a body that is put elsewhere are not drawn.
+#[test]
+fn past_states_are_kept_only_for_drawing_and_end_with_the_state_they_led_to() {
+    let frame = Duration::from_secs_f64(1.0 / 60.0);
+    for (fixed, states) in [
+        (10.0, 5),
+        (30.0, 1),
+        (50.0, 2),
+        (60.0, 0),
+        (64.0, 1),
+        (240.0, 0),
+    ] {
+        let (mut app, body) = moving(fixed, frame);
+        updates(&mut app, 60);
+        let past = app.world().get::<PastStarts>(body).expect("a body");
+        assert_eq!(past.len(), states, "{fixed} Hz");
+    }
+    let (mut app, body) = moving(10.0, frame);
+    updates(&mut app, 60);
+    let mut elsewhere = app.world().get::<Particles>(body).expect("a body").clone();
+    for i in 0..elsewhere.len() {
+        let x = elsewhere.position(i);
+        elsewhere.set_position(i, x + bevy::math::DVec3::X * 7.0);
+    }
+    let start = app.world().get::<TickStart>(body).expect("a body").clone();
+    app.world_mut().entity_mut(body).insert((elsewhere, start));
+    assert!(
+        app.world()
+            .get::<PastStarts>(body)
+            .expect("a body")
+            .is_empty()
+    );
 }

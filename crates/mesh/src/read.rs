@@ -6,7 +6,8 @@
 //! is present, and repeated instances in a glTF scene are limited, so that a short file cannot
 //! exhaust memory.
 //!
-//! A file is one mesh; [`Parts`] has the named parts of glTF and OBJ, for several bodies of one file.
+//! A file is one mesh; [`Parts`] has the named parts of glTF, OBJ and Gmsh, for several bodies of one
+//! file.
 
 use std::{io, path::Path};
 

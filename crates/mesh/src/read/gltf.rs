@@ -53,11 +53,13 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<Parts, MeshErro
     Ok(Parts {
         file: file.into(),
         whole: FileMesh::Surface(surface),
+        triangles: Vec::new(),
         segments: Vec::new(),
         named: Some(Named {
             parts,
             notes,
             ignored: IGNORED,
+            problem: None,
         }),
     })
 }
@@ -133,8 +135,8 @@ struct Reader<'a> {
 enum Step<'a> {
     /// A node, with the transform of the one above.
     Enter(Node<'a>, DMat4),
-    /// The end of the nodes below one, which are this part.
-    Leave(usize),
+    /// The end of the nodes below one, which are this part and begin here.
+    Leave(usize, Counts),
 }
 
 impl Reader<'_> {
@@ -157,8 +159,9 @@ impl Reader<'_> {
         while let Some(step) = waiting.pop() {
             let (node, above) = match step {
                 Step::Enter(node, above) => (node, above),
-                Step::Leave(part) => {
-                    self.parts[part].elements.end = self.counts();
+                Step::Leave(part, begin) => {
+                    let below = begin..self.counts();
+                    self.parts[part].elements.push(below);
                     continue;
                 }
             };
@@ -174,13 +177,15 @@ impl Reader<'_> {
                 self.mesh(&mesh, transform)?;
             }
             if let Some(name) = named(node.name()) {
-                self.parts.push(Part {
-                    label: Label::Object(name),
-                    elements: begin..self.counts(),
-                });
-                if node.mesh().is_none() {
-                    waiting.push(Step::Leave(self.parts.len() - 1));
-                }
+                let elements = match node.mesh() {
+                    Some(_) => vec![begin..self.counts()],
+                    None => {
+                        waiting.push(Step::Leave(self.parts.len(), begin));
+                        Vec::new()
+                    }
+                };
+                let label = Label::Object(name);
+                self.parts.push(Part { label, elements });
             }
             let first = waiting.len();
             waiting.extend(node.children().map(enter(transform)));
@@ -211,7 +216,7 @@ impl Reader<'_> {
         if let Some(name) = self.mesh_names.get(mesh.index()).and_then(Clone::clone) {
             self.parts.push(Part {
                 label: Label::Mesh(name),
-                elements: begin..self.counts(),
+                elements: vec![begin..self.counts()],
             });
         }
         Ok(())

@@ -1,21 +1,29 @@
-//! Gmsh `.msh`, formats 2.2, 4.0 and 4.1, as text and binary: `$Nodes` and `$Elements`; other
-//! sections are ignored.
+//! Gmsh `.msh`, formats 2.2, 4.0 and 4.1, as text and binary: `$Nodes` and `$Elements`, and the
+//! physical groups of `$PhysicalNames` and `$Entities` as parts; other sections are ignored.
 //!
 //! Tetrahedra, triangles and quadrilaterals are imported; higher-order elements by their corners.
 //! Reference: the Gmsh manual, sections "MSH file format", "MSH file format version 4.0" and
 //! "MSH file format version 2 (Legacy)".
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, mem::take};
 
 use glam::DVec3;
 
-use super::text::{Words, decode};
+use super::{
+    parts::{Counts, Parts},
+    text::{Words, decode},
+};
 use crate::{FileMesh, MeshError};
+use groups::Groups;
 use source::{Binary, Source, Width};
 
+mod groups;
 mod source;
 
-pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
+/// Note about what is ignored.
+const IGNORED: &str = "elements other than tetrahedra and triangles ignored";
+
+pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
     // The head is text in binary files too.
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(256)]);
     let format = match Format::read(&mut Words::new(file, &head)) {
@@ -23,14 +31,14 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
             let mut ends = (0..bytes.len()).filter(|at| bytes[*at] == b'\n');
             let at = ends.nth(1).map_or(bytes.len(), |end| end + 1);
             let source = Binary::new(file, bytes, at, format.size)?;
-            let read = Reader::new(format.version).read(Source::Binary(source));
+            let read = Reader::new(format.version).read(file, Source::Binary(source));
             if format.version != Version::Four || read.is_ok() {
                 return read;
             }
             // Format 4.0 has counts as wide as `unsigned long`, which has four bytes on Windows, and
             // does not say so.
             let source = Binary::new(file, bytes, at, 4)?;
-            let narrow = Reader::new(format.version).read(Source::Binary(source));
+            let narrow = Reader::new(format.version).read(file, Source::Binary(source));
             return narrow.or(read);
         }
         other => other,
@@ -42,7 +50,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
     })?;
     let mut words = Words::new(file, &text);
     let format = Format::read(&mut words)?;
-    Reader::new(format.version).read(Source::text(file, words))
+    Reader::new(format.version).read(file, Source::text(file, words))
 }
 
 /// Longest name of a section. Finding its end takes time in proportion to its length.
@@ -110,6 +118,7 @@ struct Reader {
     triangles: Vec<[u32; 3]>,
     other_elements: usize,
     of_higher_order: usize,
+    groups: Groups,
 }
 
 impl Reader {
@@ -122,22 +131,28 @@ impl Reader {
             triangles: Vec::new(),
             other_elements: 0,
             of_higher_order: 0,
+            groups: Groups::default(),
         }
     }
 
-    fn read(mut self, mut source: Source) -> Result<FileMesh, MeshError> {
+    fn read(mut self, file: &str, mut source: Source) -> Result<Parts, MeshError> {
         end_of_section(&mut source, "$EndMeshFormat")?;
         while let Some(section) = source.section() {
             match section {
                 "$Nodes" => self.nodes(&mut source)?,
                 "$Elements" => self.elements(&mut source)?,
+                "$PhysicalNames" => self.groups.names(&mut source)?,
+                "$Entities" if self.version != Version::Two => {
+                    let points_in_boxes = self.version == Version::Four;
+                    self.groups.entities(&mut source, points_in_boxes)?;
+                }
                 name if name.starts_with('$') && name.len() <= MAX_NAME_LENGTH => {
                     source.pass(&name.replacen('$', "$End", 1))?
                 }
                 _ => return Err(source.wrong("a section, such as $Nodes")),
             }
         }
-        self.finish(&source)
+        self.finish(file, &source)
     }
 
     fn nodes(&mut self, source: &mut Source) -> Result<(), MeshError> {
@@ -251,33 +266,68 @@ impl Reader {
                 }
                 let tags = source.whole(Width::Int, TAGS)?;
                 for _ in 0..following {
-                    source.skip_rest(4 * (1 + tags), "the number and the tags of an element")?;
-                    self.element(kind, source, Width::Int)?;
+                    source.int("the number of an element")?;
+                    let group = if tags > 0 {
+                        source.int("the physical group of an element")?
+                    } else {
+                        0
+                    };
+                    let others = tags.saturating_sub(1);
+                    source.skip_rest(4 * others, "the tags of an element")?;
+                    self.element_of_group(group, kind, source)?;
                 }
                 read += following;
             } else {
                 source.whole(Width::Int, "the number of an element")?;
                 let kind = element_type(source, TYPE)?;
-                for _ in 0..source.whole(Width::Int, TAGS)? {
-                    source.int("a tag")?;
+                let mut group = 0;
+                for tag in 0..source.whole(Width::Int, TAGS)? {
+                    let number = source.int("a tag")?;
+                    if tag == 0 {
+                        group = number;
+                    }
                 }
-                self.element(kind, source, Width::Int)?;
+                self.element_of_group(group, kind, source)?;
                 read += 1;
             }
         }
         Ok(())
     }
 
+    /// An element of format 2. Its first tag is its physical group, 0 for none.
+    fn element_of_group(
+        &mut self,
+        group: i64,
+        kind: u64,
+        source: &mut Source,
+    ) -> Result<(), MeshError> {
+        let start = self.counts();
+        self.element(kind, source, Width::Int)?;
+        if group != 0 {
+            let elements = start..self.counts();
+            self.groups
+                .add_to_group(dimension_of(kind), group, elements);
+        }
+        Ok(())
+    }
+
     fn elements_of_4(&mut self, source: &mut Source, width: Width) -> Result<(), MeshError> {
         for _ in 0..self.blocks(source, "elements")? {
-            source.int("the dimension or the number of an entity")?;
-            source.int("the dimension or the number of an entity")?;
+            let first = source.int("the dimension or the number of an entity")?;
+            let second = source.int("the dimension or the number of an entity")?;
+            let (dimension, entity) = match self.version {
+                Version::FourOne => (first, second),
+                _ => (second, first),
+            };
+            let start = self.counts();
             let kind = element_type(source, "the type of the block's elements")?;
             let count = source.whole(Width::Size, "the number of elements in the block")?;
             for _ in 0..count {
                 source.whole(width, "the number of an element")?;
                 self.element(kind, source, width)?;
             }
+            let elements = start..self.counts();
+            self.groups.add_to_entity(dimension, entity, elements);
         }
         Ok(())
     }
@@ -327,7 +377,17 @@ impl Reader {
         Ok(corners)
     }
 
-    fn finish(self, end: &Source) -> Result<FileMesh, MeshError> {
+    /// The place in the file, in elements.
+    fn counts(&self) -> Counts {
+        Counts {
+            tetrahedra: self.tetrahedra.len(),
+            triangles: self.triangles.len(),
+            ignored: self.other_elements,
+            ..Counts::default()
+        }
+    }
+
+    fn finish(mut self, file: &str, end: &Source) -> Result<Parts, MeshError> {
         if self.tetrahedra.is_empty() && self.triangles.is_empty() {
             return Err(end.wrong(format!(
                 "$Elements with tetrahedra or triangles ({} of other kinds are not supported)",
@@ -335,24 +395,27 @@ impl Reader {
             )));
         }
         let mut notes = Vec::new();
-        if self.other_elements > 0 {
-            notes.push(format!(
-                "elements other than tetrahedra and triangles ignored: {}",
-                self.other_elements
-            ));
-        }
         if self.of_higher_order > 0 {
             notes.push(format!(
                 "higher-order elements reduced to their corners: {}",
                 self.of_higher_order
             ));
         }
-        Ok(FileMesh::of_either(
-            self.vertices,
-            self.tetrahedra,
-            self.triangles,
-            notes,
-        ))
+        let named = self.groups.named(notes.clone(), IGNORED);
+        if self.other_elements > 0 {
+            notes.insert(0, format!("{IGNORED}: {}", self.other_elements));
+        }
+        let beside_tetrahedra = match self.tetrahedra.is_empty() {
+            true => Vec::new(),
+            false => take(&mut self.triangles),
+        };
+        Ok(Parts {
+            file: file.into(),
+            whole: FileMesh::of_either(self.vertices, self.tetrahedra, self.triangles, notes),
+            triangles: beside_tetrahedra,
+            segments: Vec::new(),
+            named: Some(named),
+        })
     }
 }
 
@@ -370,6 +433,16 @@ fn element_type(source: &mut Source, expected: &str) -> Result<u64, MeshError> {
     match source.is_binary() && nodes_of(kind).is_none() {
         true => Err(source.wrong(format!("{expected} that is known"))),
         false => Ok(kind),
+    }
+}
+
+/// Dimension of an element, by its type; 3 for those that are not known.
+fn dimension_of(kind: u64) -> i64 {
+    match kind {
+        15 => 0,
+        1 | 8 | 26..=28 => 1,
+        2 | 3 | 9 | 10 | 16 | 20..=25 | 36..=39 => 2,
+        _ => 3,
     }
 }
 

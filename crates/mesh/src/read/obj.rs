@@ -23,7 +23,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
     let mut segments = Vec::new();
     let (mut curves, mut other_elements) = (0_usize, 0_usize);
     let mut parts: Vec<Part> = Vec::new();
-    // The object and the groups of the next element.
+    // The object and the groups of the next element, and where they begin.
     let mut open = [None, None];
     let end = loop {
         let keyword = words.next();
@@ -32,6 +32,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
             segments: segments.len(),
             lines: curves,
             ignored: other_elements,
+            ..Counts::default()
         };
         match keyword.text {
             Some("v") => surface.vertices.push(words.point()?),
@@ -54,16 +55,13 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
                     true => words_in_line(&mut words).into(),
                     false => Cow::Borrowed(words.rest_of_line()),
                 };
-                let part = (!name.is_empty()).then(|| Part {
-                    label: match is_group {
-                        true => Label::Groups((&*name).into()),
-                        false => Label::Object((&*name).into()),
-                    },
-                    elements: counts..counts,
+                let label = (!name.is_empty()).then(|| match is_group {
+                    true => Label::Groups((&*name).into()),
+                    false => Label::Object((&*name).into()),
                 });
                 let open = &mut open[usize::from(is_group)];
                 close(open, counts, &mut parts);
-                *open = part;
+                *open = label.map(|label| (label, counts));
             }
             Some(_) => {}
             None => {
@@ -98,20 +96,22 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
     Ok(Parts {
         file: file.into(),
         whole,
+        triangles: Vec::new(),
         segments,
         named: Some(Named {
             parts,
             notes: Vec::new(),
             ignored: IGNORED,
+            problem: None,
         }),
     })
 }
 
 /// Ends a part.
-fn close(open: &mut Option<Part>, end: Counts, parts: &mut Vec<Part>) {
-    if let Some(mut part) = open.take() {
-        part.elements.end = end;
-        parts.push(part);
+fn close(open: &mut Option<(Label, Counts)>, end: Counts, parts: &mut Vec<Part>) {
+    if let Some((label, start)) = open.take() {
+        let elements = vec![start..end];
+        parts.push(Part { label, elements });
     }
 }
 

@@ -1,18 +1,20 @@
-//! Named parts of a file: nodes and meshes of glTF, objects and groups of OBJ.
+//! Named parts of a file: nodes and meshes of glTF, objects and groups of OBJ, physical groups of Gmsh.
 
 use std::{collections::BTreeSet, fs, ops::Range, path::Path, sync::Arc};
 
 use super::{Beside, gltf, gmsh, medit, obj, tetgen};
-use crate::{Bounds, CurveMesh, FileMesh, MeshError, SurfaceMesh};
+use crate::{Bounds, CurveMesh, FileMesh, MeshError, SurfaceMesh, TetMesh};
 use glam::DVec3;
 
 /// A mesh file with its named parts, to make several bodies of one file.
 ///
-/// A part is named by a node of glTF or an object (`o`) of OBJ; where none has the name, by a mesh of
-/// glTF or a group (`g`) of OBJ. Names are case-sensitive. A name that occurs several times means all
-/// parts of this name together. The nodes are those of the default scene, with their transforms; a
-/// node without a mesh means all nodes below it. The name of an object is the rest of its line; each
-/// word after `g` is a group.
+/// A part is named by a node of glTF, an object (`o`) of OBJ or a physical group of Gmsh; where none
+/// has the name, by a mesh of glTF, a group (`g`) of OBJ or the number of a physical group without a
+/// name. Names are case-sensitive. A name that occurs several times means all parts of this name
+/// together. The nodes are those of the default scene, with their transforms; a node without a mesh
+/// means all nodes below it. The name of an object is the rest of its line; each word after `g` is a
+/// group. Physical groups of one name, or without a name and of one number, are one part, also if
+/// their dimensions differ: its tetrahedra, or its triangles if it has no tetrahedra.
 ///
 /// ```
 /// use pliant_mesh::{BuildOptions, build, read::Parts};
@@ -34,6 +36,8 @@ use glam::DVec3;
 pub struct Parts {
     pub(super) file: String,
     pub(super) whole: FileMesh,
+    /// Triangles of a file whose mesh consists of tetrahedra.
+    pub(super) triangles: Vec<[u32; 3]>,
     /// Lines of a file whose mesh is a surface.
     pub(super) segments: Vec<[u32; 2]>,
     /// `None` if the format has none.
@@ -48,13 +52,16 @@ pub(super) struct Named {
     pub(super) notes: Vec<String>,
     /// Description of elements that are ignored, for notes.
     pub(super) ignored: &'static str,
+    /// Why the parts are unknown, although the mesh could be read.
+    pub(super) problem: Option<String>,
 }
 
-/// Consecutive elements of a file with a name.
+/// Elements of a file with a name.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Part {
     pub(super) label: Label,
-    pub(super) elements: Range<Counts>,
+    /// Runs of consecutive elements.
+    pub(super) elements: Vec<Range<Counts>>,
 }
 
 /// What gives a part its name.
@@ -66,25 +73,48 @@ pub(super) enum Label {
     Mesh(Arc<str>),
     /// Groups of OBJ, separated by spaces, unless an object has the name.
     Groups(Arc<str>),
+    /// Physical groups of Gmsh: those with a name, and the numbers of the others, unless one has the
+    /// name.
+    Physical {
+        names: Vec<Arc<str>>,
+        numbers: Vec<Arc<str>>,
+    },
+}
+
+/// Which of two parts a name means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rank {
+    First,
+    /// If no part with a mesh has the name in the first rank.
+    Second,
 }
 
 impl Label {
-    fn is_object(&self) -> bool {
-        matches!(self, Self::Object(_))
+    fn names(&self, rank: Rank) -> impl Iterator<Item = &str> {
+        let (one, words, several): (_, _, &[Arc<str>]) = match (self, rank) {
+            (Self::Object(name), Rank::First) | (Self::Mesh(name), Rank::Second) => {
+                (Some(&**name), "", &[])
+            }
+            (Self::Groups(names), Rank::Second) => (None, &**names, &[]),
+            (Self::Physical { names, .. }, Rank::First) => (None, "", names),
+            (Self::Physical { numbers, .. }, Rank::Second) => (None, "", numbers),
+            _ => (None, "", &[]),
+        };
+        let several = several.iter().map(|name| &**name);
+        one.into_iter()
+            .chain(words.split_whitespace())
+            .chain(several)
     }
 
-    fn names(&self) -> impl Iterator<Item = &str> {
-        let (one, several) = match self {
-            Self::Object(name) | Self::Mesh(name) => (Some(&**name), ""),
-            Self::Groups(names) => (None, &**names),
-        };
-        one.into_iter().chain(several.split_whitespace())
+    fn has(&self, name: &str, rank: Rank) -> bool {
+        self.names(rank).any(|other| other == name)
     }
 }
 
 /// Elements of a file up to a place in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Counts {
+    pub(super) tetrahedra: usize,
     pub(super) triangles: usize,
     pub(super) segments: usize,
     /// Lines, of one segment or more.
@@ -96,6 +126,7 @@ impl Counts {
     /// The later place of two.
     fn later(self, other: Self) -> Self {
         Self {
+            tetrahedra: self.tetrahedra.max(other.tetrahedra),
             triangles: self.triangles.max(other.triangles),
             segments: self.segments.max(other.segments),
             lines: self.lines.max(other.lines),
@@ -104,13 +135,16 @@ impl Counts {
     }
 
     fn has_mesh_until(self, end: Self) -> bool {
-        self.triangles < end.triangles || self.segments < end.segments
+        self.tetrahedra < end.tetrahedra
+            || self.triangles < end.triangles
+            || self.segments < end.segments
     }
 }
 
 impl Part {
     fn has_mesh(&self) -> bool {
-        self.elements.start.has_mesh_until(self.elements.end)
+        let mut runs = self.elements.iter();
+        runs.any(|run| run.start.has_mesh_until(run.end))
     }
 }
 
@@ -139,29 +173,30 @@ impl Parts {
         let whole = match super::format_of(name)?.as_str() {
             "obj" => return obj::read(name, bytes),
             "gltf" | "glb" => return gltf::read(name, bytes, beside),
-            "msh" => gmsh::read(name, bytes),
+            "msh" => return gmsh::read(name, bytes),
             "node" | "ele" => tetgen::read(name, bytes, beside),
             _ => medit::read(name, bytes),
         }?;
         Ok(Self {
             file: name.into(),
             whole,
+            triangles: Vec::new(),
             segments: Vec::new(),
             named: None,
         })
     }
 
     /// Names of parts that have a mesh, each once: nodes or objects in the order of the file, then
-    /// meshes or groups. Empty for a format without named parts.
+    /// meshes or groups; in Gmsh names, then numbers, those of volumes before those of surfaces. Empty
+    /// for a format without named parts.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let parts = self.named.iter().flat_map(|named| &named.parts);
-        let with_mesh = parts.filter(|it| it.has_mesh());
-        let (objects, others): (Vec<_>, Vec<_>) = with_mesh.partition(|it| it.label.is_object());
-        let names = objects.into_iter().chain(others);
+        let with_mesh: Vec<_> = parts.filter(|it| it.has_mesh()).collect();
         let mut seen = BTreeSet::new();
-        names
-            .flat_map(|part| part.label.names())
+        [Rank::First, Rank::Second]
+            .into_iter()
+            .flat_map(|rank| with_mesh.iter().flat_map(move |it| it.label.names(rank)))
             .filter(|name| seen.insert(*name))
             .collect()
     }
@@ -171,36 +206,44 @@ impl Parts {
     ///
     /// # Errors
     /// [`MeshError::UnknownPart`] for an unknown name, [`MeshError::Unusable`] if the file or its
-    /// format has no named parts, or the part no mesh.
+    /// format has no named parts, or the part no mesh, or the physical groups of a Gmsh file are
+    /// damaged.
     pub fn part(&self, name: &str) -> Result<FileMesh, MeshError> {
         let file = &self.file;
         let Some(named) = &self.named else {
             return Err(MeshError::unusable(
                 format!("{file}: this format has no named parts"),
-                "use the whole file, or save it as OBJ or glTF",
+                "use the whole file, or save it as OBJ, glTF or Gmsh",
             ));
         };
-        let of_name = |part: &&Part| part.label.names().any(|other| other == name);
-        let spans = |is_object| {
-            let parts = named.parts.iter().filter(of_name);
-            let parts = parts.filter(|it| it.label.is_object() == is_object && it.has_mesh());
-            parts.map(|it| it.elements.clone()).collect::<Vec<_>>()
+        if let Some(problem) = &named.problem {
+            return Err(MeshError::unusable(
+                problem,
+                "use the whole file, or save it again",
+            ));
+        }
+        let spans = |rank| {
+            let parts = named.parts.iter();
+            let parts = parts.filter(|it| it.label.has(name, rank) && it.has_mesh());
+            parts.flat_map(|it| it.elements.clone()).collect::<Vec<_>>()
         };
-        let mut spans = Some(spans(true))
+        let mut spans = Some(spans(Rank::First))
             .filter(|spans| !spans.is_empty())
-            .unwrap_or_else(|| spans(false));
+            .unwrap_or_else(|| spans(Rank::Second));
         if spans.is_empty() {
-            if named.parts.iter().any(|part| of_name(&part)) {
+            let ranks = [Rank::First, Rank::Second];
+            let mut parts = named.parts.iter();
+            if parts.any(|part| ranks.iter().any(|&rank| part.label.has(name, rank))) {
                 return Err(MeshError::unusable(
                     format!("{file}: the part “{}” has no mesh", shown(name)),
-                    "use one with triangles, or with lines in OBJ",
+                    "use one with triangles, tetrahedra in Gmsh or lines in OBJ",
                 ));
             }
             let names = self.names();
             if names.is_empty() {
                 return Err(MeshError::unusable(
                     format!("{file}: the file has no named parts"),
-                    "use the whole file, or give its objects names",
+                    "use the whole file, or give its objects names (in Gmsh: physical groups)",
                 ));
             }
             return Err(MeshError::UnknownPart {
@@ -211,12 +254,16 @@ impl Parts {
         }
         // A node may have the name of one above it; its elements count once.
         spans.sort_by_key(|span| span.start);
-        let (mut triangles, mut segments) = (Vec::new(), Vec::new());
+        let (mut tetrahedra, mut triangles, mut segments) = (Vec::new(), Vec::new(), Vec::new());
         let (mut lines, mut ignored) = (0, 0);
         let mut done = Counts::default();
-        let all = match &self.whole {
-            FileMesh::Surface(surface) => surface.triangles.as_slice(),
+        let all_tetrahedra = match &self.whole {
+            FileMesh::Tetrahedra(mesh) => mesh.tetrahedra.as_slice(),
             _ => &[],
+        };
+        let all_triangles = match &self.whole {
+            FileMesh::Surface(surface) => &surface.triangles,
+            _ => &self.triangles,
         };
         let all_segments = match &self.whole {
             FileMesh::Curves(curves) => &curves.segments,
@@ -224,7 +271,8 @@ impl Parts {
         };
         for Range { start, end } in spans {
             let (start, end) = (start.later(done), end.later(done));
-            triangles.extend_from_slice(&all[start.triangles..end.triangles]);
+            tetrahedra.extend_from_slice(&all_tetrahedra[start.tetrahedra..end.tetrahedra]);
+            triangles.extend_from_slice(&all_triangles[start.triangles..end.triangles]);
             segments.extend_from_slice(&all_segments[start.segments..end.segments]);
             lines += end.lines - start.lines;
             ignored += end.ignored - start.ignored;
@@ -237,16 +285,23 @@ impl Parts {
         if ignored > 0 {
             notes.push(format!("{}: {ignored}", named.ignored));
         }
-        Ok(if triangles.is_empty() {
-            FileMesh::Curves(CurveMesh {
-                vertices: take_used(self.whole.vertices(), &mut segments),
-                segments,
+        let all = self.whole.vertices();
+        Ok(if !tetrahedra.is_empty() {
+            FileMesh::Tetrahedra(TetMesh {
+                vertices: take_used(all, &mut tetrahedra),
+                tetrahedra,
+                notes,
+            })
+        } else if !triangles.is_empty() {
+            FileMesh::Surface(SurfaceMesh {
+                vertices: take_used(all, &mut triangles),
+                triangles,
                 notes,
             })
         } else {
-            FileMesh::Surface(SurfaceMesh {
-                vertices: take_used(self.whole.vertices(), &mut triangles),
-                triangles,
+            FileMesh::Curves(CurveMesh {
+                vertices: take_used(all, &mut segments),
+                segments,
                 notes,
             })
         })

@@ -28,15 +28,26 @@ pub fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<Cow<'a, str>, MeshError
     }
     // Some editors write a byte order mark.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let text = match str::from_utf8(bytes) {
-        Ok(text) => Cow::Borrowed(text),
-        // The bytes of Latin-1 are the first 256 characters of Unicode.
-        Err(_) => Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()),
-    };
+    let text = unicode(bytes);
     if text.trim().is_empty() {
         return Err(error(1, "an empty file".into(), "a mesh"));
     }
     Ok(text)
+}
+
+/// Text in UTF-8, or in Latin-1 where it is not.
+pub fn unicode(bytes: &[u8]) -> Cow<'_, str> {
+    match str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        // The bytes of Latin-1 are the first 256 characters of Unicode.
+        Err(_) => Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()),
+    }
+}
+
+/// What stands between the first two quotation marks of a line.
+pub fn quoted(line: &str) -> Option<&str> {
+    let (_, after) = line.split_once('"')?;
+    after.split_once('"').map(|(name, _)| name)
 }
 
 /// A word, or the end of the file.
@@ -105,6 +116,7 @@ fn abridged(text: &str) -> String {
 }
 
 /// Words of a file; comments from `#` to the end of a line are skipped.
+#[derive(Clone)]
 pub struct Words<'a> {
     file: &'a str,
     lines: std::iter::Enumerate<std::str::Lines<'a>>,
@@ -164,6 +176,12 @@ impl<'a> Words<'a> {
         let continued = name.strip_suffix('\\');
         let whole = |name: &&str| name.is_empty() || name.ends_with(char::is_whitespace);
         continued.filter(whole).unwrap_or(name).trim_end()
+    }
+
+    /// What stands in quotation marks on the line, also if it contains a `#`. Skips the line.
+    pub fn quoted(&mut self) -> Option<&'a str> {
+        self.skip_line();
+        quoted(self.text)
     }
 
     /// Skips the rest of the line.

@@ -1,9 +1,12 @@
 //! Numbers of a Gmsh file, as text or as binary data, under one interface.
 
-use super::super::text::{Word, Words};
+use std::borrow::Cow;
+
+use super::super::text::{Word, Words, quoted, unicode};
 use crate::MeshError;
 
 /// Position in a file, which knows the number read last for error messages.
+#[derive(Clone)]
 pub enum Source<'a> {
     Text { words: Words<'a>, last: Word<'a> },
     Binary(Binary<'a>),
@@ -57,6 +60,30 @@ impl<'a> Source<'a> {
         number.ok_or_else(|| self.wrong(format!("{expected}, a whole number from 0")))
     }
 
+    /// Next integer on a line of text, in a binary file too.
+    pub fn written_int(&mut self, expected: &str) -> Result<i64, MeshError> {
+        match self {
+            Self::Text { .. } => self.int(expected),
+            Self::Binary(binary) => {
+                let number = binary.word().and_then(|text| text.parse().ok());
+                number.ok_or_else(|| binary.wrong(&format!("{expected}, a whole number")))
+            }
+        }
+    }
+
+    /// What stands in quotation marks on the line of the number that was read last, which is text in
+    /// a binary file too; skips the line.
+    pub fn quoted(&mut self, expected: &str) -> Result<Cow<'a, str>, MeshError> {
+        let name = match self {
+            Self::Text { words, .. } => words.quoted().map(Cow::Borrowed),
+            Self::Binary(binary) => match binary.rest_of_line() {
+                Cow::Borrowed(line) => quoted(line).map(Cow::Borrowed),
+                Cow::Owned(line) => quoted(&line).map(|name| Cow::Owned(name.into())),
+            },
+        };
+        name.ok_or_else(|| self.wrong(expected))
+    }
+
     /// Next integer from 0.
     pub fn whole(&mut self, width: Width, expected: &str) -> Result<u64, MeshError> {
         match self {
@@ -89,6 +116,22 @@ impl<'a> Source<'a> {
             }
             Self::Binary(binary) => binary.real(expected),
         }
+    }
+
+    /// Skips several `double`s.
+    pub fn skip_reals(&mut self, count: u64, expected: &str) -> Result<(), MeshError> {
+        match self {
+            Self::Text { words, last } => {
+                for _ in 0..count {
+                    *last = words.next();
+                    last.get(expected)?;
+                }
+            }
+            Self::Binary(binary) => {
+                binary.take(8 * count, expected)?;
+            }
+        }
+        Ok(())
     }
 
     /// Skips what a record contains beyond the numbers that were read: the rest of the line, or
@@ -131,6 +174,7 @@ impl<'a> Source<'a> {
 }
 
 /// Position in a binary file.
+#[derive(Clone)]
 pub struct Binary<'a> {
     file: &'a str,
     bytes: &'a [u8],
@@ -248,9 +292,19 @@ impl<'a> Binary<'a> {
     }
 
     fn skip_line_end(&mut self) {
+        self.rest_of_line_bytes();
+    }
+
+    fn rest_of_line_bytes(&mut self) -> &'a [u8] {
         let rest = &self.bytes[self.at..];
         let line = rest.iter().position(|byte| *byte == b'\n');
-        self.at += line.map_or(rest.len(), |line| line + 1);
+        let line = line.map_or(rest.len(), |line| line + 1);
+        self.at += line;
+        &rest[..line]
+    }
+
+    fn rest_of_line(&mut self) -> Cow<'a, str> {
+        unicode(self.rest_of_line_bytes())
     }
 
     fn pass(&mut self, end: &str) -> Result<(), MeshError> {
