@@ -33,6 +33,7 @@ const GAP: f32 = 0.9;
 
 /// The figures of a block.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct GrowthRow {
     /// Its tetrahedra.
     pub tetrahedra: usize,

@@ -9,6 +9,7 @@ const CELLS: u32 = 59;
 
 /// The prepared body, and the time on one thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Loading {
     /// Tetrahedra of the body.
     pub tetrahedra: usize,

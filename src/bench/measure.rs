@@ -10,6 +10,7 @@ use std::{
 
 /// Lowest, median and highest of several measurements.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Spread {
     /// Lowest.
     pub low: f64,

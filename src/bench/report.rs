@@ -14,6 +14,7 @@ const SMALL: u32 = 32;
 
 /// All figures.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Report {
     /// Options of the measurement.
     pub options: Options,
@@ -33,6 +34,7 @@ pub struct Report {
 
 /// The figures of a case.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct BenchRow {
     /// The benchmark case.
     pub case: Case,
@@ -56,6 +58,7 @@ pub struct BenchRow {
 
 /// Speed with a number of threads.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Stepped {
     /// Number of threads.
     pub threads: usize,

@@ -55,6 +55,7 @@ pub(super) fn sizes(largest: usize) -> impl Iterator<Item = usize> {
 
 /// Measured limits of memory and arithmetic.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Roofline {
     /// For one thread, and for all threads if there are several.
     pub limits: Vec<Limits>,
@@ -64,6 +65,7 @@ pub struct Roofline {
 
 /// Limits for a number of threads together.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Limits {
     /// Number of threads.
     pub threads: usize,
@@ -79,6 +81,7 @@ pub struct Limits {
 
 /// Lower bounds of the time of a projection.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Bound {
     /// By memory [ns].
     pub memory: f64,
@@ -88,6 +91,7 @@ pub struct Bound {
 
 /// Work of a projection, on average over a body's constraints.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Traffic {
     /// Bytes of the working set over constraints.
     pub bytes: f64,

@@ -38,7 +38,7 @@ mod torture;
 mod window;
 
 use crate::effect::OwnEffects;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::{
     fmt,
     io::{self, Write},
@@ -46,19 +46,18 @@ use std::{
 };
 
 /// Exit code for a request that cannot be carried out: bad usage or bad input.
-pub const BAD_USAGE: u8 = 2;
+const BAD_USAGE: u8 = 2;
 
 /// Exit code when a check failed.
-pub const FAILED: u8 = 1;
+const FAILED: u8 = 1;
 
 /// Soft-body simulation: an interactive sandbox, and commands that measure accuracy, speed and
 /// robustness of its XPBD solver.
 ///
 /// Without a command, opens the window.
-#[doc(hidden)]
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
-pub struct CommandLine {
+struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
 
@@ -87,6 +86,12 @@ pub fn run(own: &OwnEffects) -> ExitCode {
             ExitCode::from(BAD_USAGE)
         }
     }
+}
+
+/// The definition of all commands and options, for shell completions and manual pages.
+#[must_use]
+pub fn definition() -> clap::Command {
+    CommandLine::command()
 }
 
 impl CommandLine {

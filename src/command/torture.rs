@@ -4,10 +4,9 @@ use super::{FAILED, run::progress_bar, say, say_line, threads::count};
 use crate::{
     effect::OwnEffects,
     scene::Scene,
+    solver::Threads,
     torture::{
-        Advice, CASES, Figure, Job, Options, Outcome, SuiteRow, advice, jobs, report,
-        run::Crews,
-        scene, suite,
+        self, Advice, CASES, Crews, Figure, Job, Options, Outcome, SuiteRow, jobs, report, scene,
         table::{self, number},
     },
 };
@@ -85,9 +84,9 @@ impl TortureCommand {
         if self.list {
             return list(&jobs);
         }
-        let threads = suite::threads(self.threads)?;
+        let threads = Threads::new(self.threads)?.count();
         let bar = progress_bar();
-        let rows = suite::run(&jobs, threads, &|done| {
+        let rows = torture::run(&jobs, threads, &|done| {
             bar.set_position(done as u64 * 1000 / jobs.len() as u64);
         })?;
         let advice = if self.advise {
@@ -109,7 +108,7 @@ impl TortureCommand {
             say(table::text(&rows))?;
             say(in_words(&rows))?;
             for (case, outcome, advice) in &advice {
-                let words = advice.map_or_else(|| advice::NOTHING.to_owned(), |it| it.to_string());
+                let words = advice.map_or_else(|| Advice::NONE.to_owned(), |it| it.to_string());
                 say_line(format_args!("{case} {} {words}", outcome.member))?;
             }
             if let (Some(_), [row]) = (&options.member, &rows[..]) {
@@ -214,7 +213,7 @@ fn advise(rows: &[SuiteRow]) -> anyhow::Result<Vec<(&str, &Outcome, Option<Advic
     let mut all = Vec::new();
     for row in rows {
         for outcome in row.outcomes.iter().filter(|outcome| !outcome.passed()) {
-            let advice = advice::advise(row.case, outcome, &crews)?;
+            let advice = torture::advise(row.case, outcome, &crews)?;
             all.push((row.case.name, outcome, advice));
         }
     }

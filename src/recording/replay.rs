@@ -10,7 +10,6 @@ use crate::{
     scene::{self, run::headless},
     simulation::{
         Action, NewBody, SimulationClock, SolverThreads, SpawnOrder,
-        action::perform,
         plain::{bodies_in_order, colliders_in_order},
         state_hash, tick, tick_of,
     },
@@ -221,7 +220,7 @@ impl Player {
                 self.replay.actions += 1;
             }
             Line::Add { body, .. } => {
-                perform(world, &Action::Spawn(Arc::new(new_body(&body, &self.own)?)))?;
+                Action::Spawn(Arc::new(new_body(&body, &self.own)?)).perform(world)?;
                 self.replay.actions += 1;
             }
             Line::Early { substeps: 0, .. } => return Err(LineError::NoSubstep),
@@ -305,7 +304,7 @@ fn act(world: &mut World, action: Action<SpawnOrder>) -> Result<(), LineError> {
     let action = action
         .renamed(|_| body)
         .ok_or_else(|| LineError::NoBody(place.unwrap_or_default().get()))?;
-    Ok(perform(world, &action)?)
+    Ok(action.perform(world)?)
 }
 
 /// Decodes the body of an `Add` line.

@@ -72,6 +72,7 @@ impl From<&CurrentScene> for About {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Snapshot {
     /// Description of the scene.
     pub about: About,
@@ -85,6 +86,12 @@ const VERSION: u32 = 16;
 const HEAD: usize = 28;
 
 impl Snapshot {
+    /// A snapshot of a state, such as that of a scene at its start.
+    #[must_use]
+    pub const fn new(about: About, built: BuiltScene) -> Self {
+        Self { about, built }
+    }
+
     /// Takes a snapshot of a world between two ticks. Pending actions are not part of it.
     ///
     /// # Errors

@@ -102,7 +102,7 @@ fn lines(gizmos: &mut Gizmos<SoftBodyGizmos>, elements: &Elements<2>, at: impl F
     for batch in elements.batches() {
         for (color, (_, group)) in elements.groups(batch).enumerate() {
             let color = match batch.partition() {
-                Some(_) => distinct(color),
+                Some(_) => distinct_color(color),
                 // Shares particles with others, and is solved alone.
                 None => Color::WHITE,
             };
@@ -147,7 +147,7 @@ const GOLDEN_ANGLE: f32 = 137.507_77;
 
 /// The n-th of a sequence of colors in which neighbors differ in hue and in lightness.
 #[must_use]
-pub fn distinct(n: usize) -> Color {
+pub fn distinct_color(n: usize) -> Color {
     let hue = (n as f32 * GOLDEN_ANGLE).rem_euclid(360.0);
     let lightness = [0.72, 0.54, 0.86, 0.63][n % 4];
     Oklcha::lch(lightness, 0.17, hue).into()

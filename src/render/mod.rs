@@ -26,7 +26,7 @@ mod body_mesh;
 mod drawn;
 mod follow;
 mod from_mesh;
-pub mod gizmos;
+mod gizmos;
 mod placement;
 mod ray_cast;
 mod surface;
@@ -37,7 +37,7 @@ pub use balls::GrainPositions;
 pub use body_mesh::BodyMesh;
 pub use drawn::{Drawn, Outline};
 pub use follow::FollowTransform;
-pub use gizmos::{SoftBodyGizmos, SoftBodyGizmosPlugin};
+pub use gizmos::{SoftBodyGizmos, SoftBodyGizmosPlugin, distinct_color, force_color};
 pub use ray_cast::{SoftBodyPickingPlugin, SoftBodyRayCast};
 
 use crate::{

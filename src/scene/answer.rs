@@ -31,7 +31,7 @@ pub enum Answer {
 
 /// The properties of a body that a solution depends on.
 #[derive(Debug, Clone, Copy)]
-pub struct Subject<'a> {
+pub struct AnswerSubject<'a> {
     /// Rest shape.
     pub topology: &'a Topology,
     /// Particles; w is 0 for pins.
@@ -44,7 +44,7 @@ pub struct Subject<'a> {
 
 /// A curve in world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Curve {
+pub struct AnswerCurve {
     shape: Shape,
     /// Origin of the curve [m].
     origin: DVec3,
@@ -64,7 +64,7 @@ enum Shape {
 /// Number of segments of a drawn curve.
 const PARTS: u32 = 100;
 
-impl Curve {
+impl AnswerCurve {
     /// Points along the curve [m]; `None` if the solution does not exist.
     #[must_use]
     pub fn points(&self) -> Option<Vec<Vec3>> {
@@ -119,7 +119,7 @@ impl Answer {
 
     /// The solution for the current state of a body, under the given gravity [m/s²].
     #[must_use]
-    pub fn curve(&self, subject: &Subject, gravity: Vec3) -> Option<Curve> {
+    pub fn curve(&self, subject: &AnswerSubject, gravity: Vec3) -> Option<AnswerCurve> {
         let gravity = gravity.as_dvec3();
         let down = gravity.try_normalize();
         let weight = f64::from(subject.density.get()) * gravity.length();
@@ -131,7 +131,7 @@ impl Answer {
     }
 }
 
-fn catenary(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
+fn catenary(subject: &AnswerSubject, weight: f64, down: DVec3) -> Option<AnswerCurve> {
     let edges = &subject.topology.edges;
     let count = subject.topology.particles();
     let mut degrees = vec![0; count];
@@ -167,7 +167,7 @@ fn catenary(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
         span: level.length(),
         drop: across.dot(down),
     };
-    Some(Curve {
+    Some(AnswerCurve {
         shape: Shape::Catenary(cable),
         origin,
         axes: [level.try_normalize()?, down],
@@ -180,7 +180,7 @@ const CLAMPS: std::ops::RangeInclusive<f64> = -1.5..=1.0;
 /// Tolerance for horizontal and perpendicular directions, as a cosine.
 const SQUARE: f64 = 1e-3;
 
-fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
+fn strip(subject: &AnswerSubject, weight: f64, down: DVec3) -> Option<AnswerCurve> {
     if subject.topology.dimension != Dimension::Sheet {
         return None;
     }
@@ -226,7 +226,7 @@ fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
     .sum();
     let length = (0..rest.len()).map(depth).fold(0.0, f64::max);
     let load = weight * length.powi(3) / stiffness;
-    (load.is_finite() && load > 0.0).then_some(Curve {
+    (load.is_finite() && load > 0.0).then_some(AnswerCurve {
         shape: Shape::Strip(Elastica { load, clamp }, length),
         origin,
         axes: [level, -down],
@@ -236,8 +236,8 @@ fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
 /// Tolerance for a sphere: relative deviation of the distances from the center.
 const ROUND: f64 = 0.02;
 
-fn balloon(subject: &Subject) -> Option<Curve> {
-    let Subject {
+fn balloon(subject: &AnswerSubject) -> Option<AnswerCurve> {
+    let AnswerSubject {
         topology, effects, ..
     } = *subject;
     let pressure = effects.pressure?;
@@ -282,13 +282,13 @@ fn balloon(subject: &Subject) -> Option<Curve> {
     }
     .filled_radius();
     let places = (0..topology.particles()).map(|i| place(subject, i));
-    radius.is_finite().then_some(Curve {
+    radius.is_finite().then_some(AnswerCurve {
         shape: Shape::Sphere(radius),
         origin: places.sum::<DVec3>() / count,
         axes: [DVec3::X, DVec3::Y],
     })
 }
 
-fn place(subject: &Subject, particle: usize) -> DVec3 {
+fn place(subject: &AnswerSubject, particle: usize) -> DVec3 {
     subject.positions[particle].truncate().as_dvec3()
 }

@@ -78,7 +78,7 @@ pub struct BodySpec {
     /// Mesh file.
     #[serde(default)]
     pub mesh: Option<MeshSpec>,
-    /// Name of a [material](super::material), which sets density and material effects; values given
+    /// Name of a [material](super::Material), which sets density and material effects; values given
     /// here take precedence.
     #[serde(default)]
     pub material: Option<String>,

@@ -26,10 +26,10 @@ pub struct Material {
     pub density: Density,
     /// Parameters of a sheet; `None` for a solid or a rope.
     #[serde(default)]
-    pub sheet: Option<Sheet>,
+    pub sheet: Option<SheetMaterial>,
     /// Parameters of a rope; `None` for a solid or a sheet.
     #[serde(default)]
-    pub rope: Option<Rope>,
+    pub rope: Option<RopeMaterial>,
     /// Source of the parameters, and assumptions.
     pub source: String,
 }
@@ -37,7 +37,7 @@ pub struct Material {
 /// Additional parameters of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Sheet {
+pub struct SheetMaterial {
     /// Thickness [m].
     pub thickness: Thickness,
     /// Bending stiffness B [N·m].
@@ -47,12 +47,12 @@ pub struct Sheet {
 /// Additional parameters of a rope. Modulus and density refer to the circle around it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Rope {
+pub struct RopeMaterial {
     /// Diameter [m].
     pub diameter: Thickness,
 }
 
-impl Rope {
+impl RopeMaterial {
     /// Area of the circle around it [m²].
     fn area(self) -> f32 {
         let diameter = self.diameter.get();
@@ -111,7 +111,9 @@ impl Material {
     /// If the mass per area of a sheet or per length of a rope is below the valid range.
     pub fn body_density(&self) -> Result<Density, InvalidValue> {
         let thickness = self.sheet.map(|sheet| sheet.thickness.get());
-        let measure = thickness.or(self.rope.map(Rope::area)).unwrap_or(1.0);
+        let measure = thickness
+            .or(self.rope.map(RopeMaterial::area))
+            .unwrap_or(1.0);
         Density::new(self.density.get() * measure)
     }
 

@@ -23,14 +23,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod acceptance;
-pub mod answer;
+mod acceptance;
+mod answer;
 pub mod asset;
 mod build;
 mod effects;
 mod error;
 mod file;
-pub mod material;
+mod material;
 pub mod mesh_file;
 pub mod overrides;
 mod parameters;
@@ -43,7 +43,7 @@ pub(crate) mod substeps;
 mod touched;
 
 pub use acceptance::{Acceptance, Check};
-pub use answer::Answer;
+pub use answer::{Answer, AnswerCurve, AnswerSubject};
 pub use build::BuiltScene;
 pub use effects::SceneEffects;
 pub use error::{ColliderError, SceneError};
@@ -51,6 +51,6 @@ pub use file::{
     BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, PartBounds, Pins, PointSpec, Region,
     Scene, ShapeSpec, StitchSpec, StitchTo, parse, parse_with,
 };
-pub use material::Material;
+pub use material::{Material, RopeMaterial, SheetMaterial};
 pub use parameters::BodyParameters;
 pub use spawn::{CurrentScene, Look, copy_look, despawn, spawn};

@@ -1,10 +1,7 @@
 //! `--set name=value`: overrides world settings and effect parameters from the command line.
 
 use crate::effect::EffectRegistry;
-use crate::simulation::{
-    action::{Action, ActionError, SETTINGS, perform},
-    plain::bodies_in_order,
-};
+use crate::simulation::{Action, ActionError, SETTINGS, plain::bodies_in_order};
 use crate::suggestion::similar;
 use bevy::prelude::*;
 use std::str::FromStr;
@@ -101,7 +98,7 @@ impl Override {
             name: self.name.clone(),
             value: self.value,
         };
-        Ok(perform(world, &action)?)
+        Ok(action.perform(world)?)
     }
 
     fn apply_to_bodies(
@@ -137,7 +134,7 @@ impl Override {
                 parameter: parameter.to_owned(),
                 value: self.value,
             };
-            perform(world, &action)?;
+            action.perform(world)?;
         }
         Ok(())
     }

@@ -14,9 +14,7 @@ use crate::{
     SoftBodyPlugins,
     simulation::{
         EnergyLedger, Measuring, RecordContacts, SimulationSettings, SolverThreads, Statistics,
-        plain,
-        statistics::{measure, state_hash},
-        system_names, tick,
+        plain, state_hash, system_names, tick,
     },
     solver::Threads,
 };
@@ -193,7 +191,7 @@ pub fn run_in(
         .or(acceptance.map(|acceptance| acceptance.seconds))
         .unwrap_or(DEFAULT_SECONDS);
     let ticks = (seconds * settings.rate.get()).round().max(1.0) as u64;
-    let mut history = vec![measure(world)];
+    let mut history = vec![Statistics::measure(world)];
     let mut times = Vec::new();
     let mut touched = Touched::default();
     let mut stopped = false;

@@ -8,7 +8,6 @@ mod grab;
 mod perform;
 mod setting;
 
-pub use perform::perform;
 pub use setting::{SETTINGS, setting};
 
 use super::{SimulationClock, SpawnOrder};
@@ -472,6 +471,48 @@ impl Actions {
         self.since.map(|since| since.elapsed())
     }
 
+    /// Carries out pending actions, unless a tick is under way. Returns whether there were any.
+    pub fn apply(world: &mut World) -> bool {
+        let clock = world.resource::<SimulationClock>();
+        if clock.mid_tick() || world.resource::<Actions>().waiting.is_empty() {
+            return false;
+        }
+        let tick = clock.tick();
+        let mut actions = world.resource_mut::<Actions>();
+        actions.since = None;
+        let waiting = std::mem::take(&mut actions.waiting);
+        for action in waiting {
+            let body = action
+                .subject()
+                .and_then(|&body| world.get_entity(body).ok());
+            let place = body.and_then(|body| body.get::<SpawnOrder>().copied());
+            world.trigger(Applying(action.clone()));
+            world.flush();
+            match action.perform(world) {
+                Ok(()) => {
+                    let applied = Applied {
+                        tick,
+                        action,
+                        place,
+                    };
+                    world.trigger(applied.clone());
+                    world.flush();
+                    world.write_message(applied);
+                }
+                Err(error) => {
+                    log::warn!("an action was not carried out: {error}");
+                    let errors = &mut world.resource_mut::<Actions>().errors;
+                    // An app may never take them.
+                    if errors.len() >= MAX_ERRORS {
+                        errors.remove(0);
+                    }
+                    errors.push(error);
+                }
+            }
+        }
+        true
+    }
+
     /// Takes the errors of rejected actions.
     pub fn take_errors(&mut self) -> Vec<ActionError> {
         std::mem::take(&mut self.errors)
@@ -500,47 +541,5 @@ const MAX_ERRORS: usize = 100;
 
 /// Carries out pending actions, unless a tick is under way.
 pub(super) fn apply_pending(world: &mut World) {
-    apply(world);
-}
-
-/// Carries out pending actions, unless a tick is under way. Returns whether there were any.
-pub fn apply(world: &mut World) -> bool {
-    let clock = world.resource::<SimulationClock>();
-    if clock.mid_tick() || world.resource::<Actions>().waiting.is_empty() {
-        return false;
-    }
-    let tick = clock.tick();
-    let mut actions = world.resource_mut::<Actions>();
-    actions.since = None;
-    let waiting = std::mem::take(&mut actions.waiting);
-    for action in waiting {
-        let body = action
-            .subject()
-            .and_then(|&body| world.get_entity(body).ok());
-        let place = body.and_then(|body| body.get::<SpawnOrder>().copied());
-        world.trigger(Applying(action.clone()));
-        world.flush();
-        match perform(world, &action) {
-            Ok(()) => {
-                let applied = Applied {
-                    tick,
-                    action,
-                    place,
-                };
-                world.trigger(applied.clone());
-                world.flush();
-                world.write_message(applied);
-            }
-            Err(error) => {
-                log::warn!("an action was not carried out: {error}");
-                let errors = &mut world.resource_mut::<Actions>().errors;
-                // An app may never take them.
-                if errors.len() >= MAX_ERRORS {
-                    errors.remove(0);
-                }
-                errors.push(error);
-            }
-        }
-    }
-    true
+    Actions::apply(world);
 }

@@ -5,7 +5,7 @@
 //! [`solver`](crate::solver); their results are bit-identical to
 //! [`solver::World`](crate::solver::World).
 
-pub mod action;
+mod action;
 mod begin;
 mod body;
 mod builder;
@@ -24,13 +24,13 @@ mod quarantine;
 pub(crate) mod query;
 mod renew;
 mod schedule;
-pub mod statistics;
+mod statistics;
 pub(crate) mod step;
 mod surface;
 mod tear;
 mod touch;
 
-pub use action::{Action, ActionError, Actions, Applied, Applying, NewBody};
+pub use action::{Action, ActionError, Actions, Applied, Applying, NewBody, SETTINGS, setting};
 pub use body::{
     Active, AddedMass, Asleep, BodyDensity, BodyDirectWorkspace, BodyQuarantined, BodySkin,
     JustRestored, Pins, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, SpawnOrders,

@@ -84,6 +84,95 @@ pub struct Statistics {
 }
 
 impl Statistics {
+    /// Takes statistics of the current state.
+    #[must_use]
+    pub fn measure(world: &mut World) -> Self {
+        let settings = **world.resource::<SimulationSettings>();
+        let clock = world.resource::<SimulationClock>();
+        let mut all = Self {
+            time: clock.time(),
+            tick: clock.tick(),
+            ms_per_tick: world.resource::<Profile>().solver().as_secs_f64() * 1e3,
+            finite: true,
+            ..Self::default()
+        };
+        let h = settings
+            .method
+            .compliant_seconds(settings.substep_seconds()) as f32;
+        let mut residual = SquareSum::default();
+        let (mut momentum, mut angular) = (DVec3::ZERO, DVec3::ZERO);
+        for entity in bodies_in_order(world) {
+            let entity = world.entity(entity);
+            let (Some(body), Some(particles)) =
+                (entity.get::<SoftBody>(), entity.get::<Particles>())
+            else {
+                continue;
+            };
+            all.bodies += 1;
+            all.asleep += usize::from(entity.contains::<super::Asleep>());
+            all.particles += particles.len();
+            all.finite &=
+                particles.first_not_finite().is_none() && !entity.contains::<Quarantined>();
+            all.kinetic += measure::kinetic_energy(particles);
+            all.potential += measure::gravitational_energy(particles, settings.gravity);
+            momentum += measure::momentum(particles);
+            angular += measure::angular_momentum(particles);
+            if has_volume(body, entity.contains::<Pressure>()) {
+                let error = measure::volume_error(body, &particles.positions);
+                if all.volume_error.is_none_or(|most| error.abs() > most.abs()) {
+                    all.volume_error = Some(error);
+                }
+            }
+            all.inverted += measure::inverted(body, &particles.positions);
+            for effect in world.resource::<EffectRegistry>().iter() {
+                if let Some(figures) = (effect.figures)(&entity, h) {
+                    if figures.elements > 0 {
+                        *all.constraints.entry(effect.name).or_default() += figures.elements;
+                    }
+                    if let Some(energy) = figures.energy {
+                        *all.elastic.entry(effect.name).or_default() += energy;
+                    }
+                    all.unresolved += figures.unresolved;
+                    residual.add(figures.residual);
+                    if let Some(pressure) = figures.overpressure
+                        && all
+                            .overpressure
+                            .is_none_or(|most| pressure.abs() > most.abs())
+                    {
+                        all.overpressure = Some(pressure);
+                    }
+                }
+            }
+        }
+        let bodies = bodies_in_order(world);
+        let carried = bodies
+            .iter()
+            .map(|&body| plain::effects(world.entity(body)));
+        let carried: Vec<Effects> = carried.collect();
+        let colliders = plain::colliders(world);
+        let time = world.resource::<SimulationClock>().time();
+        let meshes: Vec<_> = colliders.iter().filter_map(|it| it.mesh_at(time)).collect();
+        let touches = |it: &Effects| it.touches_surfaces(!meshes.is_empty());
+        if carried.iter().any(touches) {
+            let contacts = world.resource::<BodyContacts>();
+            all.contacts = Some(contacts.counts().acting);
+            all.smallest_gap = contacts.smallest_gap();
+            let outlines = bodies.iter().zip(&carried).filter_map(|(&body, effects)| {
+                Some(Outline {
+                    effects,
+                    topology: &world.get::<SoftBody>(body)?.0,
+                    stitches: world.get::<Stitches>(body),
+                    particles: world.get::<Particles>(body)?,
+                })
+            });
+            all.crossings = Some(crossings(outlines, &meshes));
+        }
+        all.momentum = momentum.to_array();
+        all.angular_momentum = angular.to_array();
+        all.residual = residual.rms();
+        all
+    }
+
     /// Sum of kinetic, potential and elastic energy [J].
     #[must_use]
     pub fn energy(&self) -> f64 {
@@ -107,97 +196,10 @@ impl Statistics {
 pub(super) fn take(world: &mut World) {
     if world.resource::<Measuring>().0 {
         let started = Instant::now();
-        let statistics = measure(world);
+        let statistics = Statistics::measure(world);
         world.insert_resource(statistics);
         world.resource_mut::<Profile>().measure(started.elapsed());
     }
-}
-
-/// Takes statistics of the current state.
-#[must_use]
-pub fn measure(world: &mut World) -> Statistics {
-    let settings = **world.resource::<SimulationSettings>();
-    let clock = world.resource::<SimulationClock>();
-    let mut all = Statistics {
-        time: clock.time(),
-        tick: clock.tick(),
-        ms_per_tick: world.resource::<Profile>().solver().as_secs_f64() * 1e3,
-        finite: true,
-        ..Statistics::default()
-    };
-    let h = settings
-        .method
-        .compliant_seconds(settings.substep_seconds()) as f32;
-    let mut residual = SquareSum::default();
-    let (mut momentum, mut angular) = (DVec3::ZERO, DVec3::ZERO);
-    for entity in bodies_in_order(world) {
-        let entity = world.entity(entity);
-        let (Some(body), Some(particles)) = (entity.get::<SoftBody>(), entity.get::<Particles>())
-        else {
-            continue;
-        };
-        all.bodies += 1;
-        all.asleep += usize::from(entity.contains::<super::Asleep>());
-        all.particles += particles.len();
-        all.finite &= particles.first_not_finite().is_none() && !entity.contains::<Quarantined>();
-        all.kinetic += measure::kinetic_energy(particles);
-        all.potential += measure::gravitational_energy(particles, settings.gravity);
-        momentum += measure::momentum(particles);
-        angular += measure::angular_momentum(particles);
-        if has_volume(body, entity.contains::<Pressure>()) {
-            let error = measure::volume_error(body, &particles.positions);
-            if all.volume_error.is_none_or(|most| error.abs() > most.abs()) {
-                all.volume_error = Some(error);
-            }
-        }
-        all.inverted += measure::inverted(body, &particles.positions);
-        for effect in world.resource::<EffectRegistry>().iter() {
-            if let Some(figures) = (effect.figures)(&entity, h) {
-                if figures.elements > 0 {
-                    *all.constraints.entry(effect.name).or_default() += figures.elements;
-                }
-                if let Some(energy) = figures.energy {
-                    *all.elastic.entry(effect.name).or_default() += energy;
-                }
-                all.unresolved += figures.unresolved;
-                residual.add(figures.residual);
-                if let Some(pressure) = figures.overpressure
-                    && all
-                        .overpressure
-                        .is_none_or(|most| pressure.abs() > most.abs())
-                {
-                    all.overpressure = Some(pressure);
-                }
-            }
-        }
-    }
-    let bodies = bodies_in_order(world);
-    let carried = bodies
-        .iter()
-        .map(|&body| plain::effects(world.entity(body)));
-    let carried: Vec<Effects> = carried.collect();
-    let colliders = plain::colliders(world);
-    let time = world.resource::<SimulationClock>().time();
-    let meshes: Vec<_> = colliders.iter().filter_map(|it| it.mesh_at(time)).collect();
-    let touches = |it: &Effects| it.touches_surfaces(!meshes.is_empty());
-    if carried.iter().any(touches) {
-        let contacts = world.resource::<BodyContacts>();
-        all.contacts = Some(contacts.counts().acting);
-        all.smallest_gap = contacts.smallest_gap();
-        let outlines = bodies.iter().zip(&carried).filter_map(|(&body, effects)| {
-            Some(Outline {
-                effects,
-                topology: &world.get::<SoftBody>(body)?.0,
-                stitches: world.get::<Stitches>(body),
-                particles: world.get::<Particles>(body)?,
-            })
-        });
-        all.crossings = Some(crossings(outlines, &meshes));
-    }
-    all.momentum = momentum.to_array();
-    all.angular_momentum = angular.to_array();
-    all.residual = residual.rms();
-    all
 }
 
 /// Whether a body has a volume that it should keep.

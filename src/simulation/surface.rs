@@ -42,6 +42,7 @@ pub enum ContactSurface {
 /// App::new().insert_resource(RecordContacts(true)).add_systems(Update, hear);
 /// ```
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SurfaceContactStarted {
     /// The body.
     pub body: Entity,
@@ -52,6 +53,7 @@ pub struct SurfaceContactStarted {
 /// A body no longer touches a collider or the ground; or one of them is gone, the body is in
 /// quarantine, or [`RecordContacts`](super::RecordContacts) was switched off.
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SurfaceContactEnded {
     /// The body.
     pub body: Entity,

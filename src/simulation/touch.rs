@@ -18,6 +18,7 @@ use bevy::prelude::*;
 /// # bevy::ecs::system::assert_is_system(hear);
 /// ```
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ContactStarted {
     /// The bodies, in the order in which they were spawned.
     pub bodies: [Entity; 2],
@@ -25,6 +26,7 @@ pub struct ContactStarted {
 
 /// Two bodies no longer touch; or one of them is gone, in quarantine, or has no contact any more.
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ContactEnded {
     /// The bodies, in the order in which they were spawned.
     pub bodies: [Entity; 2],

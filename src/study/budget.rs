@@ -19,7 +19,7 @@ pub struct Budget {
     pub iterations: Vec<u32>,
     /// Substeps and iterations on finer meshes.
     pub finer: (Vec<u32>, Vec<u32>),
-    /// Limit on the work of a run, see [`work`].
+    /// Limit on the work of a run, see [`Case::work`].
     pub run: u64,
     /// Limit on the work of the three runs of the f64 reference.
     pub converged: u64,
@@ -99,7 +99,7 @@ impl Budget {
     #[must_use]
     pub fn run_seconds(&self, case: &Case, setting: Setting) -> Option<f64> {
         let all = case.problem.observe.seconds();
-        let affordable = all * self.run as f64 / work(case, setting) as f64;
+        let affordable = all * self.run as f64 / case.work(setting) as f64;
         let enough =
             affordable >= all || (case.problem.observe.is_static() && affordable >= MIN_REST);
         enough.then_some(affordable.min(all))
@@ -114,7 +114,7 @@ impl Budget {
     /// Whether the three runs of the f64 reference are within the limits.
     #[must_use]
     pub fn affords_reference(&self, case: &Case) -> bool {
-        reference_work(case) <= self.converged
+        case.reference_work() <= self.converged
     }
 
     /// The budget as text, for its hash.
@@ -127,36 +127,35 @@ impl Budget {
 /// Minimum time to come to rest [s]; bodies do not settle in less.
 const MIN_REST: f64 = 2.0;
 
-/// Work of a complete run: projections, plus the overhead per iteration and per substep in units of
-/// projections.
-#[must_use]
-pub fn work(case: &Case, setting: Setting) -> u64 {
-    let ticks = case.problem.observe.seconds() * case.world.settings.rate.get();
-    let each = case.constraints() as u64 + 16;
-    // The factorization of a slender body takes about as long as this many iterations.
-    let iterations = match setting.method {
-        Method::Direct => 32,
-        Method::Xpbd | Method::Pbd => 1,
-    };
-    let substep =
-        iterations * u64::from(setting.iterations) * each + 2 * case.particles() as u64 + 16;
-    ticks.round().max(1.0) as u64 * u64::from(setting.substeps) * substep
-}
+impl Case {
+    /// Work of a complete run: projections, plus the overhead per iteration and per substep in units of
+    /// projections.
+    #[must_use]
+    pub fn work(&self, setting: Setting) -> u64 {
+        let ticks = self.problem.observe.seconds() * self.world.settings.rate.get();
+        let each = self.constraints() as u64 + 16;
+        // The factorization of a slender body takes about as long as this many iterations.
+        let iterations = match setting.method {
+            Method::Direct => 32,
+            Method::Xpbd | Method::Pbd => 1,
+        };
+        let substep =
+            iterations * u64::from(setting.iterations) * each + 2 * self.particles() as u64 + 16;
+        ticks.round().max(1.0) as u64 * u64::from(setting.substeps) * substep
+    }
 
-/// Work of all runs of the f64 reference. Bodies start near rest there and settle in a fraction of
-/// their time.
-#[must_use]
-pub fn reference_work(case: &Case) -> u64 {
-    let converged = case.problem.converged;
-    let each = work(
-        case,
-        Setting::xpbd(converged.substeps, converged.iterations),
-    );
-    if case.problem.observe.is_static() && converged.keeps_multipliers {
-        each * 3 / 4
-    } else if case.problem.observe.is_static() {
-        each * 7 / 4
-    } else {
-        each * 7
+    /// Work of all runs of the f64 reference. Bodies start near rest there and settle in a fraction of
+    /// their time.
+    #[must_use]
+    pub fn reference_work(&self) -> u64 {
+        let converged = self.problem.converged;
+        let each = self.work(Setting::xpbd(converged.substeps, converged.iterations));
+        if self.problem.observe.is_static() && converged.keeps_multipliers {
+            each * 3 / 4
+        } else if self.problem.observe.is_static() {
+            each * 7 / 4
+        } else {
+            each * 7
+        }
     }
 }

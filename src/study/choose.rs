@@ -30,6 +30,7 @@ pub enum Goal {
 
 /// A chosen setting with the reason.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Choice {
     /// Substeps and iterations.
     pub setting: Setting,

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 /// A converged solution.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Converged {
     /// The observed values, as h → 0.
     #[serde(deserialize_with = "super::nan::numbers")]

@@ -20,9 +20,9 @@
 //! Problems have effects of the crate only, as the f64 reference knows no others. [`refine`](fn@refine)
 //! compares a scene with effects of an app with its own finest run.
 
-pub mod budget;
-pub mod choose;
-pub mod closed_form;
+mod budget;
+mod choose;
+mod closed_form;
 mod coincidence;
 pub mod converge;
 mod error;
@@ -33,37 +33,37 @@ mod html;
 pub mod journal;
 mod multiples;
 mod nan;
-pub mod observe;
+mod observe;
 mod overview;
 mod page;
 pub mod pareto;
 mod physics;
 mod picture;
 mod probe;
-pub mod problem;
+mod problem;
 pub mod record;
-pub mod refine;
+mod refine;
 pub mod registry;
 pub mod report;
 mod residual;
 mod rest;
-pub mod results;
+mod results;
 mod rivalry;
-pub mod setting;
+mod setting;
 mod state;
 pub mod sweep;
 mod timing;
 mod weaknesses;
 
 pub use budget::Budget;
-pub use choose::{Choice, Goal, choose, choose_from};
+pub use choose::{Choice, Goal, MAX_ITERATIONS_PER_TICK, choose, choose_from};
 pub use closed_form::Reference;
 pub use error::StudyError;
-pub use observe::{Observe, Observed};
+pub use observe::{Conserved, Observe, Observed, Quantity, Select};
 pub use probe::{PROJECTIONS, Probe, ProbeNews, ProbePoint, ROUNDS, probe};
-pub use problem::{Case, Problem};
+pub use problem::{Case, Level, Problem, ReferenceSettings};
 pub use refine::{Refine, RefinedRun, Refinement, refine};
-pub use results::Study;
+pub use results::{CaseResult, Point, ProblemResult, Study};
 pub use setting::{Method, Setting};
 pub use state::{BodyState, Solver, State};
 

@@ -141,6 +141,7 @@ pub enum Conserved {
 
 /// The observed values of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Observed {
     /// One number, or all coordinates of a path.
     #[serde(deserialize_with = "super::nan::numbers")]
@@ -357,7 +358,7 @@ impl Observe {
 
 /// Distance of two observations, in their unit: root mean square over particles for a path.
 #[must_use]
-pub fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     let sum: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
     let particles = if a.len() > 1 {
         a.len() as f64 / 3.0
@@ -377,7 +378,7 @@ const STILL: f64 = 1e-6;
 
 /// Size of the largest body [m].
 #[must_use]
-pub fn size(world: &World) -> f64 {
+pub(super) fn size(world: &World) -> f64 {
     let sizes = world
         .bodies
         .iter()

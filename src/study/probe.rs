@@ -13,6 +13,7 @@ use std::{ops::ControlFlow, time::Instant};
 
 /// Cost and error at one setting.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ProbePoint {
     /// How it was solved.
     pub setting: Setting,

@@ -92,6 +92,7 @@ impl Default for ReferenceSettings {
 
 /// A problem on one mesh, ready to run.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Case {
     /// The problem.
     pub problem: Problem,

@@ -21,6 +21,7 @@ pub enum Record {
 
 /// Identity of a study. Studies can be merged if their headers are equal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Header {
     /// Version of the program.
     pub version: String,
@@ -32,6 +33,7 @@ pub struct Header {
 
 /// A problem of the study.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ProblemText {
     /// Its name in commands.
     pub name: String,
@@ -43,6 +45,7 @@ pub struct ProblemText {
 
 /// The converged solution of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ReferenceRecord {
     /// The case.
     pub case: String,
@@ -53,6 +56,7 @@ pub struct ReferenceRecord {
 
 /// A run at one setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RunRecord {
     /// The case.
     pub case: String,
@@ -69,6 +73,7 @@ pub struct RunRecord {
 
 /// Times of a setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TimeRecord {
     /// The case.
     pub case: String,

@@ -3,6 +3,7 @@
 
 /// A built-in problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BuiltinProblem {
     /// Its name in commands.
     pub name: &'static str,

@@ -16,6 +16,7 @@ use crate::bench::Spread;
 
 /// A study, complete or assembled from parts.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Study {
     /// Its identity.
     pub header: Header,
@@ -27,6 +28,7 @@ pub struct Study {
 
 /// The results of a problem.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct ProblemResult {
     /// The problem.
     pub problem: Problem,
@@ -40,6 +42,7 @@ pub struct ProblemResult {
 
 /// The results on a mesh.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct CaseResult {
     /// The case.
     pub case: Case,
@@ -55,6 +58,7 @@ pub struct CaseResult {
 
 /// A setting on a mesh.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Point {
     /// How it was solved.
     pub setting: Setting,

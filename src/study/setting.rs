@@ -160,7 +160,7 @@ impl Setting {
 
 /// Number of constraints of all bodies.
 #[must_use]
-pub fn constraints(world: &World) -> usize {
+pub(super) fn constraints(world: &World) -> usize {
     let bodies = world.bodies.iter();
     bodies
         .map(|body| body.effects.constraints(&body.topology))

@@ -4,11 +4,11 @@
 //! Runs do not depend on threads or on the machine, so they are computed on all cores at once;
 //! settings are timed afterwards, one at a time. A run does not need the reference that it is
 //! compared with: records can be computed in any order and on different machines, and
-//! [`results`](super::results) combines them.
+//! [`Study`](super::Study) combines them.
 
 use super::{
     StudyError,
-    budget::{self, Budget},
+    budget::Budget,
     converge,
     journal::Journal,
     problem::Case,
@@ -110,14 +110,14 @@ fn answers(
             let work = if converge::has_equilibrium(case) {
                 0
             } else {
-                REFERENCE_SLOWNESS * budget::reference_work(case).min(budget.converged)
+                REFERENCE_SLOWNESS * case.reference_work().min(budget.converged)
             };
             tasks.push((work, Task::Reference(case)));
         }
         for setting in budget.settings(case) {
             let missing = !done.contains(&(case.id(), Some(setting), false));
             if let Some(seconds) = budget.run_seconds(case, setting).filter(|_| missing) {
-                let work = budget::work(case, setting).min(budget.run);
+                let work = case.work(setting).min(budget.run);
                 tasks.push((work, Task::Run(case, setting, seconds)));
             }
         }

@@ -9,6 +9,7 @@ use std::fmt;
 
 /// Settings with which a case passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Advice {
     /// Substeps per tick.
     pub substeps: u32,
@@ -55,8 +56,10 @@ impl fmt::Display for Advice {
     }
 }
 
-/// The message where none of the settings tried passes.
-pub const NOTHING: &str = "passes with none of the settings tried: up to 64× the substeps, up to 64× the iterations, the direct solver";
+impl Advice {
+    /// The message where none of the settings tried passes.
+    pub const NONE: &str = "passes with none of the settings tried: up to 64× the substeps, up to 64× the iterations, the direct solver";
+}
 
 /// The cheapest settings tried with which a member passes; `None` if it passes with none. `failed`
 /// is its outcome at its own settings.

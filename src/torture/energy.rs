@@ -17,6 +17,7 @@ use glam::DVec3;
 
 /// Energies of a world [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Energy {
     /// ½mv² of all particles that can move.
     pub kinetic: f64,

@@ -2,6 +2,7 @@
 
 /// Members of a case that fail for the same reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ExpectedFailure {
     /// Name of the case.
     pub case: &'static str,

@@ -2,6 +2,7 @@
 
 /// A measured figure of a member.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Figure {
     /// Its name.
     pub name: &'static str,

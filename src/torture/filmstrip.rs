@@ -19,6 +19,7 @@ const MARGIN: f32 = 18.0;
 
 /// A frame of the filmstrip.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Frame {
     /// Name of the moment.
     pub name: &'static str,

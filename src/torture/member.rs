@@ -1,6 +1,6 @@
 //! A member of a case's family: a body with its size, compliance and settings.
 
-use super::{Shape, TortureError};
+use super::{Kind, Shape, TortureError};
 use crate::solver::{
     Body, Compliance, Damping, Density, Effects, Iterations, RestShape, Settings, Stretch,
     Substeps, Topology, Volume, World, rest::SleepSettings,
@@ -52,6 +52,18 @@ impl Member {
         }
     }
 
+    /// A user's body as a member.
+    #[must_use]
+    pub fn given(body: &Body, settings: Settings) -> Self {
+        let kind = Kind::of(body.topology.dimension);
+        Self {
+            scale: body.topology.size,
+            substeps: settings.substeps.get(),
+            iterations: settings.iterations.get(),
+            ..Self::of(Shape::Given(kind))
+        }
+    }
+
     /// Gravity [m/s²] under which all lengths move alike: that of the Earth at 1 m.
     #[must_use]
     pub fn gravity(&self) -> Vec3 {
@@ -80,7 +92,7 @@ impl Member {
         };
         Ok(Effects {
             stretch: Some(stretch),
-            volume: (kind == super::Kind::Tetrahedra).then_some(volume),
+            volume: (kind == Kind::Tetrahedra).then_some(volume),
             ..Effects::default()
         })
     }

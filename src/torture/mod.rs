@@ -8,14 +8,14 @@
 //! move, the momentum of free bodies is constant, and repeated runs with any number of threads give
 //! the same bits.
 //!
-//! A case can be run in two ways: by [`suite::run`] for the program and the tests, and by
-//! [`run::run_given`] for a user's body. [`scene::run`] makes a case of a user's scene.
+//! A case can be run in two ways: by [`run`](fn@run) for the program and the tests, and by
+//! [`run_given`] for a user's body. [`scene::run`] makes a case of a user's scene.
 //!
 //! A member that is known to fail stays in the table and is listed in [`EXPECTED_FAILURES`].
 //!
 //! To add a case, add a `Case` in a file of `cases` and a line in [`CASES`].
 
-pub mod advice;
+mod advice;
 mod cases;
 mod energy;
 mod error;
@@ -28,24 +28,24 @@ mod in_app;
 mod map;
 mod member;
 pub mod report;
-pub mod run;
+mod run;
 pub mod scene;
 mod shape;
-pub mod suite;
+mod suite;
 pub mod table;
 mod tally;
 mod watch;
 
-pub use advice::Advice;
+pub use advice::{Advice, advise, advise_given};
 pub use cases::CASES;
 pub use energy::Energy;
 pub use error::TortureError;
 pub use expected::{EXPECTED_FAILURES, ExpectedFailure};
 pub use figure::Figure;
 pub use member::Member;
-pub use run::{Outcome, Run};
+pub use run::{Crews, Outcome, Run, prepared, run_given, run_member};
 pub use shape::{Kind, Shape};
-pub use suite::{Job, Options, SuiteRow, jobs};
+pub use suite::{Job, Options, SuiteRow, jobs, run};
 pub use watch::{Moment, Watch};
 
 use crate::solver::{World, deform::Deformation};

@@ -1,6 +1,6 @@
 //! Runs one member of a case.
 
-use super::{Case, Figure, Kind, Member, Shape, TortureError, watch::Watch};
+use super::{Case, Figure, Member, Shape, TortureError, watch::Watch};
 use crate::solver::{Body, Instructions, Settings, Threads, World};
 use std::time::Instant;
 
@@ -19,6 +19,7 @@ pub struct Run<'a> {
 
 /// The outcome of a member.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Outcome {
     /// Its number in the family, from 1.
     pub number: usize,
@@ -26,7 +27,8 @@ pub struct Outcome {
     pub member: Member,
     /// All its figures.
     pub figures: Vec<Figure>,
-    /// Slowest frames relative to the median, see [`slowest`].
+    /// Slowest frames relative to the median, the largest, over all windows of eight consecutive
+    /// ticks, of the fastest tick in the window.
     pub slowest: f64,
     /// Total time of its ticks, except those in which all bodies slept [s].
     pub seconds: f64,
@@ -95,18 +97,6 @@ pub fn run_member(
     run_world(case, (number, member), (world, seconds), crews, film)
 }
 
-/// A user's body as a member.
-#[must_use]
-pub fn given(body: &Body, settings: Settings) -> Member {
-    let kind = Kind::of(body.topology.dimension);
-    Member {
-        scale: body.topology.size,
-        substeps: settings.substeps.get(),
-        iterations: settings.iterations.get(),
-        ..Member::of(Shape::Given(kind))
-    }
-}
-
 /// Runs a case on a user's body alone, without gravity and without ground. The case is set up from
 /// the current state of the body.
 ///
@@ -127,7 +117,7 @@ pub fn prepared(
     mut body: Body,
     settings: Settings,
 ) -> Result<(Member, World), TortureError> {
-    let member = given(&body, settings);
+    let member = Member::given(&body, settings);
     let mut world = World {
         settings,
         ..Member::of(Shape::Rope(1)).world()?
@@ -230,11 +220,25 @@ fn different(
 /// of the fastest tick in the window. An external disturbance of single ticks is ignored, whereas
 /// slowdowns caused by the state of a body, such as subnormal numbers, persist.
 #[must_use]
-pub fn slowest(times: &[f64]) -> f64 {
+pub(super) fn slowest(times: &[f64]) -> f64 {
     let mut sorted = times.to_vec();
     sorted.sort_by(f64::total_cmp);
     let median = sorted.get(sorted.len() / 2).copied().unwrap_or_default();
     let fastest = |stretch: &[f64]| stretch.iter().copied().fold(f64::INFINITY, f64::min);
     let most = times.windows(8).map(fastest).fold(0.0, f64::max);
     if median > 0.0 { most / median } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slow_frames_are_those_that_last() {
+        let mut times = vec![1.0; 100];
+        times[50] = 100.0;
+        assert_eq!(slowest(&times), 1.0, "one tick is the machine's");
+        times[50..60].fill(6.0);
+        assert_eq!(slowest(&times), 6.0);
+    }
 }

@@ -26,6 +26,7 @@ pub struct Options {
 
 /// A member of a case.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Job {
     /// The case.
     pub case: &'static Case,
@@ -38,6 +39,7 @@ pub struct Job {
 /// Members of one case and one kind of body that are expected to pass, or to fail for the same
 /// reason.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct SuiteRow {
     /// The case.
     pub case: &'static Case,
@@ -112,14 +114,6 @@ pub fn jobs(options: &Options) -> Result<Vec<Job>, TortureError> {
         count: of(case).count(),
     })?;
     Ok(vec![job])
-}
-
-/// Number of members to run in parallel: 0 is one per core.
-///
-/// # Errors
-/// [`TortureError::Threads`] for an excessive number.
-pub fn threads(count: usize) -> Result<usize, TortureError> {
-    Ok(Threads::new(count)?.count())
 }
 
 /// Runs jobs, `threads` members in parallel; `progress` receives the number of completed members.

@@ -19,6 +19,7 @@ const MOMENTUM: f64 = 1e-5;
 
 /// The state of a world at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Moment {
     /// Time since the start [s].
     pub time: f64,

@@ -34,7 +34,7 @@ const WINDOW_LAYERS: [&[&str]; 6] = [
     &["state"],
 ];
 
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
@@ -43,7 +43,7 @@ fn source() -> PathBuf {
 }
 
 /// Every file of a folder, recursively, with its text.
-fn files(folder: &Path) -> Vec<(PathBuf, String)> {
+pub fn files(folder: &Path) -> Vec<(PathBuf, String)> {
     let mut all = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder of the project") {
         let path = entry.expect("a readable folder").path();
@@ -62,7 +62,7 @@ fn layer_of(layers: &[&[&str]], module_name: &str) -> Option<usize> {
 }
 
 /// Code without comments: each line up to `//`.
-fn code(text: &str) -> impl Iterator<Item = &str> {
+pub fn code(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .map(|line| line.split("//").next().unwrap_or(""))
 }
@@ -248,7 +248,7 @@ fn solver_modules() -> BTreeMap<String, String> {
 }
 
 /// All paths in a use tree, as in `a::{b, c::d}`.
-fn paths(tree: &str) -> Vec<String> {
+pub fn paths(tree: &str) -> Vec<String> {
     let Some((head, rest)) = tree.split_once('{') else {
         let path: String = tree
             .split(" as ")

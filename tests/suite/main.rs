@@ -10,6 +10,7 @@ mod contract_bits;
 mod contract_effects;
 mod contract_layers;
 mod contract_order;
+mod contract_paths;
 mod contract_speed;
 mod elastic_contract;
 mod equilibrium;

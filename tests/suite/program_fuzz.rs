@@ -2,8 +2,8 @@
 //! exits with code 2. Commands are parsed and not run, so that no window opens and nothing runs.
 
 use crate::fuzz_support::{fuzz, in_proportion};
-use clap::{CommandFactory, Parser, error::ErrorKind};
-use pliant::command::CommandLine;
+use clap::error::ErrorKind;
+use pliant::command::definition;
 use proptest::prelude::*;
 use std::{
     ffi::OsString,
@@ -55,7 +55,7 @@ const VALUES: &[&str] = &[
 
 /// Every name of a command or an option, from the parser itself.
 fn names() -> Vec<String> {
-    let command = CommandLine::command();
+    let command = definition();
     let mut names: Vec<String> = Vec::new();
     for command in command.get_subcommands().chain([&command]) {
         names.push(command.get_name().to_owned());
@@ -87,7 +87,7 @@ fn a_broken_command_line_is_a_command_or_an_error_that_names_a_word() {
             .into_iter()
             .chain(words.iter().map(String::as_str));
         let line: Vec<OsString> = line.map(OsString::from).collect();
-        let parse = || CommandLine::try_parse_from(line);
+        let parse = || definition().try_get_matches_from(line);
         let Err(error) = in_proportion(length, PARSING, parse) else {
             return;
         };
@@ -126,7 +126,7 @@ fn invalid_command_lines_exit_with_code_2() {
     fuzz("processes", 25, &values, |(command, words)| {
         let line = ["pliant", command].into_iter().chain(words.iter().copied());
         // A valid command line could run for a long time: only rejected ones are started.
-        let refused = CommandLine::try_parse_from(line).is_err();
+        let refused = definition().try_get_matches_from(line).is_err();
         if !refused {
             return;
         }

@@ -179,7 +179,7 @@ fn changes_since_the_last_tick_are_kept() {
         },
     ] {
         push(&mut app, action);
-        pliant::simulation::action::apply(app.world_mut());
+        pliant::simulation::Actions::apply(app.world_mut());
         let mut again = restored(&mut app);
         ticks(&mut app, 40);
         ticks(&mut again, 40);

@@ -13,7 +13,7 @@ use pliant::{
         ui::message::Notices,
     },
     scene::{BodyParameters, Look, Scene},
-    simulation::{Actions, BodyDensity, action, plain},
+    simulation::{Actions, BodyDensity, plain},
     solver::{Particles, Stretch},
 };
 
@@ -39,7 +39,7 @@ fn window() -> (App, Vec<Entity>) {
 }
 
 fn errors(app: &mut App) -> Vec<String> {
-    action::apply(app.world_mut());
+    Actions::apply(app.world_mut());
     let errors = app.world_mut().resource_mut::<Actions>().take_errors();
     errors.iter().map(ToString::to_string).collect()
 }

@@ -19,7 +19,7 @@ use pliant::{
         ui::{WidgetRects, theme},
     },
     solver::{Body, Threads, deform::deform},
-    torture::{CASES, Case, Figure, run::given},
+    torture::{CASES, Case, Figure, Member},
 };
 use std::{path::PathBuf, thread, time::Duration};
 
@@ -236,7 +236,7 @@ fn a_run_on_a_given_body_is_saved_as_a_recording_that_replays() {
 fn the_displayed_body_starts_in_the_state_of_the_judged_one() {
     let settings = settings(0.0, 60.0, 10, 1);
     let deformed = CASES.iter().filter_map(|case| {
-        let how = case.deformation(&given(&soft_cube(), settings))?;
+        let how = case.deformation(&Member::given(&soft_cube(), settings))?;
         Some((case, how))
     });
     let mut count = 0;
@@ -247,7 +247,7 @@ fn the_displayed_body_starts_in_the_state_of_the_judged_one() {
             bodies: vec![soft_cube()],
             ..pliant::solver::World::default()
         };
-        let member = given(&judged.bodies[0], settings);
+        let member = Member::given(&judged.bodies[0], settings);
         case.begin(&member, &mut judged).expect("it can begin");
         let judged = &judged.bodies[0].particles;
         assert_eq!(seen.particles.positions, judged.positions, "{}", case.name);

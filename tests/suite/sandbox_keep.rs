@@ -54,8 +54,7 @@ impl Drop for Folder {
 
 /// The bytes of a built scene, which contain all of it.
 fn bytes(built: &BuiltScene) -> Vec<u8> {
-    let (about, built) = (About::default(), built.clone());
-    Snapshot { about, built }.to_bytes()
+    Snapshot::new(About::default(), built.clone()).to_bytes()
 }
 
 fn text(scene: &Scene) -> String {

@@ -25,8 +25,8 @@ use pliant::{
     },
     scene::{self, BuiltScene, CurrentScene, Scene, registry::SCENES, run::headless},
     simulation::{
-        Action, BodyDensity, NewBody, Pins, Quarantined, SimulationClock, SimulationSettings,
-        action,
+        Action, Actions, BodyDensity, NewBody, Pins, Quarantined, SimulationClock,
+        SimulationSettings,
         plain::{self, bodies_in_order, colliders_in_order},
         state_hash,
     },
@@ -95,7 +95,7 @@ fn press(app: &mut App) {
 fn act(app: &mut App, action: Action) {
     press(app);
     push(app, action);
-    action::apply(app.world_mut());
+    Actions::apply(app.world_mut());
     let errors = app
         .world_mut()
         .resource_mut::<pliant::simulation::Actions>()

@@ -4,8 +4,7 @@
 use glam::Vec3;
 use pliant::{
     scene::{
-        Answer, Scene,
-        answer::Subject,
+        Answer, AnswerSubject, Scene,
         run::{RunOptions, run},
     },
     solver::{
@@ -20,7 +19,7 @@ fn scene(name: &str) -> (Scene, World) {
 }
 
 fn curve(answer: &Answer, body: &Body, gravity: Vec3) -> Option<Vec<Vec3>> {
-    let subject = Subject {
+    let subject = AnswerSubject {
         topology: &body.topology,
         positions: &body.particles.positions,
         effects: &body.effects,

@@ -10,7 +10,7 @@ use crate::{
 use pliant::{
     mesh::{Primitive, Treatment},
     scene::{BodySpec, Scene, SceneError, overrides::Override, registry::SCENES},
-    simulation::{SimulationSettings, action::SETTINGS, plain, tick},
+    simulation::{SETTINGS, SimulationSettings, plain, tick},
     solver::{Settings, World},
     study::{Problem, StudyError, registry::PROBLEMS},
 };

@@ -12,7 +12,7 @@ use pliant::{
     effect::EffectRegistry,
     mesh::Primitive,
     scene::{Scene, run::headless},
-    simulation::{Statistics, plain::bodies_in_order, projections, statistics, tick},
+    simulation::{Statistics, plain::bodies_in_order, projections, tick},
     solver::{self, Effects, Filling, NeoHookean, Pressure, Stiffness, Stretch},
 };
 
@@ -93,7 +93,7 @@ fn the_landing_of_the_bunny_gains_no_energy() {
     app.world_mut()
         .resource_mut::<pliant::simulation::Measuring>()
         .0 = true;
-    let start = statistics::measure(app.world_mut()).energy();
+    let start = Statistics::measure(app.world_mut()).energy();
     let (mut most, mut most_requested) = (0.0_f64, 0.0_f64);
     for _ in 0..90 {
         tick(app.world_mut());

@@ -17,9 +17,7 @@ use pliant::{
         registry::{BuiltinScene, SCENES},
         run::headless,
     },
-    simulation::{
-        Action, EnergyLedger, SolvePhase, SolveSchedule, plain, state_hash, statistics::measure,
-    },
+    simulation::{Action, EnergyLedger, SolvePhase, SolveSchedule, Statistics, plain, state_hash},
     solver::{
         self, Direct, Effects, Friction, Ground, ParticleIndex, Restitution, SurfacePoint, World,
         ledger::Ledger,
@@ -67,7 +65,7 @@ fn the_rows_add_up_to_the_change_on_every_scene_and_change_no_bit() {
         ticks(&mut tracked, 60);
         let same = state_hash(plain.world_mut()) == state_hash(tracked.world_mut());
         assert!(same, "{name}: the ledger changed the run");
-        let energy = measure(tracked.world_mut()).energy();
+        let energy = Statistics::measure(tracked.world_mut()).energy();
         let ledger = ledger(&tracked).clone();
         assert_eq!(ledger.ticks, 60, "{name}");
         // Tears come after the tick of the ledger, and round the masses of copies anew; so do new
@@ -356,7 +354,7 @@ fn tearing_has_a_row_of_its_own() {
         for _ in 0..200 {
             ticks(&mut app, 1);
             expected += pending;
-            let after = measure(app.world_mut()).energy();
+            let after = Statistics::measure(app.world_mut()).energy();
             let now = plain::capture(app.world_mut());
             let all: u32 = now
                 .bodies

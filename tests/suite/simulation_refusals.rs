@@ -67,10 +67,7 @@ fn settings_are_set_by_name_and_refused_with_the_choices() {
     ] {
         assert!(done(&mut app, set(name, value)).is_empty());
         let settings = app.world().resource::<SimulationSettings>().0;
-        assert_eq!(
-            pliant::simulation::action::setting(&settings, name),
-            Some(value)
-        );
+        assert_eq!(pliant::simulation::setting(&settings, name), Some(value));
     }
     for (name, value, words) in [
         ("substeps", 0.0, ["substeps", "between 1 and 10000"]),

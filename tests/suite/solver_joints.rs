@@ -10,7 +10,7 @@ use crate::{
 use glam::{DVec3, Vec3};
 use pliant::{
     scene::Scene,
-    simulation::{Action, Actions, Asleep, JustRestored, SoftBody, action, plain},
+    simulation::{Action, Actions, Asleep, JustRestored, SoftBody, plain},
     solver::{
         Body, Compliance, Contact, Cut, Effects, Force, Order, ParticleIndex, Particles, Stitch,
         StitchEnd, Stitches, SurfacePoint, World, deform::Random, reference,
@@ -309,7 +309,7 @@ fn stitches_that_are_broken_are_not_moved_with_another_body() {
         body: bodies[1],
         cut,
     });
-    action::apply(app.world_mut());
+    Actions::apply(app.world_mut());
     ticks(&mut app, 2);
     assert!(plain::capture(app.world_mut()).bodies[0].particles.len() > 5);
     // The same without Bevy.
@@ -421,7 +421,7 @@ fn stitches_follow_a_body_that_is_cut() {
         body: bodies[0],
         cut,
     });
-    action::apply(app.world_mut());
+    Actions::apply(app.world_mut());
     let after = app
         .world()
         .get::<SoftBody>(bodies[0])

@@ -8,11 +8,7 @@ use bevy::prelude::IntoScheduleConfigs;
 use glam::{DVec3, Vec3};
 use pliant::{
     mesh::Primitive,
-    simulation::{
-        SolvePhase, SolveSchedule,
-        action::{Action, perform},
-        state_hash,
-    },
+    simulation::{Action, SolvePhase, SolveSchedule, state_hash},
     solver::{
         Body, BodyEffectKind, Damping, Effects, Filling, Fraction, Instructions, Method, Order,
         Pressure, RestShape, Stiffness, Topology, World,
@@ -413,7 +409,9 @@ fn pressure_is_refused_where_there_is_nothing_to_fill() {
         body: rope,
         effect: "pressure".to_owned(),
     };
-    let error = perform(app.world_mut(), &action).expect_err("a rope holds no air");
+    let error = action
+        .perform(app.world_mut())
+        .expect_err("a rope holds no air");
     assert!(error.to_string().contains("it has no surface"), "{error}");
     assert!(app.world().get::<Pressure>(rope).is_none());
     let text = include_str!("../../assets/scenes/drape.ron")

@@ -2,13 +2,11 @@
 //! `assets/readme/study`, and the points that they show are recomputed.
 
 use pliant::study::{
-    self, Budget, Method, Options, Plan, Setting, Study,
-    budget::{reference_work, work},
+    self, Budget, CaseResult, Method, Options, Plan, Point, Setting, Study,
     converge::{Converged, converge},
     journal::{self, Journal},
     record::Record,
     report,
-    results::{CaseResult, Point},
     sweep::run_one,
 };
 use std::{
@@ -263,7 +261,7 @@ fn same(then: &[f64], now: &[f64]) -> bool {
 
 fn converges_again(result: &CaseResult) {
     if let Some(then) = &result.converged
-        && reference_work(&result.case) <= AGAIN.1
+        && result.case.reference_work() <= AGAIN.1
     {
         let now = converge(&result.case).expect("sound settings");
         let id = result.case.id();
@@ -279,7 +277,7 @@ fn converges_again(result: &CaseResult) {
 fn comes_out_again(result: &CaseResult, point: &Point, budget: &Budget) {
     let (case, setting) = (&result.case, point.setting);
     let then = point.run.as_ref().expect("a point of the front was run");
-    if work(case, setting) <= AGAIN.0 {
+    if case.work(setting) <= AGAIN.0 {
         let seconds = budget.run_seconds(case, setting).expect("it was run");
         let now = run_one(case, setting, seconds).expect("sound settings");
         assert!(

@@ -5,12 +5,12 @@ use glam::Vec4;
 use pliant::{
     output::document::{self, Block},
     solver::{
-        VertexIndex, World,
+        Threads, VertexIndex, World,
         deform::{Deformation, deform},
     },
     torture::{
         CASES, Case, EXPECTED_FAILURES, Figure, Kind, Member, Options, Outside, Run, Shape,
-        SuiteRow, Watch, jobs, run, suite, table,
+        SuiteRow, Watch, jobs, run, run_given, table,
     },
 };
 use std::{fs, path::Path};
@@ -29,7 +29,7 @@ fn quick() -> Options {
 
 fn rows(options: &Options, threads: usize) -> Vec<SuiteRow> {
     let jobs = jobs(options).expect("cases that there are");
-    suite::run(&jobs, threads, &|_| ()).expect("members that can be built")
+    run(&jobs, threads, &|_| ()).expect("members that can be built")
 }
 
 fn of(case: &str) -> Options {
@@ -65,7 +65,7 @@ fn renewed(file: &Path, between: &str) -> (String, String) {
 /// both anew.
 #[test]
 fn the_quick_set_passes_and_the_documents_state_its_results() {
-    let rows = rows(&quick(), suite::threads(0).expect("threads"));
+    let rows = rows(&quick(), Threads::new(0).expect("threads").count());
     let (known, others): (Vec<_>, Vec<_>) = rows.iter().partition(|row| row.expected.is_some());
     let failures: Vec<String> = others.into_iter().flat_map(table::failures).collect();
     assert!(failures.is_empty(), "\n{}\n", failures.join("\n"));
@@ -265,7 +265,7 @@ fn rows_are_the_same_with_any_number_of_members_at_once() {
 fn a_case_runs_on_a_given_body() {
     let case = Case::named("squashed").expect("it is there");
     let world = Member::of(Shape::Cube(2)).world().expect("it can be built");
-    let outcome = run::run_given(case, world.bodies[0].clone(), world.settings);
+    let outcome = run_given(case, world.bodies[0].clone(), world.settings);
     let outcome = outcome.expect("it can be run");
     assert!(outcome.passed(), "{:?}", outcome.figures);
     let film = outcome.watch.expect("it was filmed").film;
@@ -280,13 +280,4 @@ fn a_line_has_no_width_and_keeps_its_height() {
     deform(particles, Deformation::Line);
     let on_line = |(x, was): (&Vec4, &Vec4)| x.x == 0.0 && x.z == 0.0 && x.y == was.y;
     assert!(particles.positions.iter().zip(&before).all(on_line));
-}
-
-#[test]
-fn slow_frames_are_those_that_last() {
-    let mut times = vec![1.0; 100];
-    times[50] = 100.0;
-    assert_eq!(run::slowest(&times), 1.0, "one tick is the machine's");
-    times[50..60].fill(6.0);
-    assert_eq!(run::slowest(&times), 6.0);
 }

@@ -1,6 +1,6 @@
 //! The report of the robustness suite: what it says about failures that are known and about others.
 
-use pliant::torture::{EXPECTED_FAILURES, Options, SuiteRow, jobs, report, suite};
+use pliant::torture::{EXPECTED_FAILURES, Options, SuiteRow, jobs, report, run};
 use std::fs;
 
 /// Real outcomes of a small case.
@@ -12,7 +12,7 @@ fn rows() -> Vec<SuiteRow> {
         mixtures: 1,
     };
     let jobs = jobs(&options).expect("a case");
-    suite::run(&jobs, 1, &|_| ()).expect("members that can be built")
+    run(&jobs, 1, &|_| ()).expect("members that can be built")
 }
 
 /// The page of these rows.

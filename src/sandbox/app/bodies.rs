@@ -16,7 +16,7 @@ use crate::{
     },
     scene::{BodyParameters, Look, SceneEffects},
     simulation::{
-        Action, Actions, BodyDensity, BodySkin, NewBody, SoftBody, action, carried, end_tick,
+        Action, Actions, BodyDensity, BodySkin, NewBody, SoftBody, carried, end_tick,
         plain::{self, bodies_in_order},
     },
     solver::{Body, Particles, StitchEnd, Stitches, topology::bounds},
@@ -63,7 +63,7 @@ pub fn duplicate(world: &mut World, scope: &Scope) {
         let new = NewBody { body, skin, own };
         let mut actions = world.resource_mut::<Actions>();
         actions.push(Action::Spawn(Arc::new(new)));
-        action::apply(world);
+        Actions::apply(world);
         if let Some(&copy) = bodies_in_order(world).last() {
             world.entity_mut(copy).insert(look);
             copies.push(copy);

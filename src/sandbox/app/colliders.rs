@@ -7,7 +7,7 @@ use crate::{
         view::{LastGrab, SelectedCollider},
     },
     simulation::{
-        Action, Actions, action, end_tick,
+        Action, Actions, end_tick,
         plain::{bodies_in_order, colliders_in_order},
     },
     solver::{Collide, ColliderShape, Pose},
@@ -46,7 +46,7 @@ pub fn add(world: &mut World, kind: ColliderKind) {
     let mut actions = world.resource_mut::<Actions>();
     list.into_iter().for_each(|action| actions.push(action));
     // Applied at once, so that it can be selected.
-    action::apply(world);
+    Actions::apply(world);
     let added = colliders_in_order(world).last().copied();
     world.resource_mut::<SelectedCollider>().0 = added;
     world.resource_mut::<LastGrab>().0 = None;

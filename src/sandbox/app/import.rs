@@ -29,9 +29,7 @@ use crate::{
         ui::message::Notices,
     },
     scene::{save::MeshSource, substeps::note_on},
-    simulation::{
-        Action, Actions, NewBody, SimulationSettings, action, end_tick, plain::bodies_in_order,
-    },
+    simulation::{Action, Actions, NewBody, SimulationSettings, end_tick, plain::bodies_in_order},
     solver::Topology,
 };
 use place::Place;
@@ -210,7 +208,7 @@ fn enter(world: &mut World, import: Import, place: Place) {
     let mut actions = world.resource_mut::<Actions>();
     actions.push(Action::Spawn(Arc::new(new)));
     // Applied at once, so that the next body is placed above this one.
-    action::apply(world);
+    Actions::apply(world);
     if place.is_passing() {
         return;
     }

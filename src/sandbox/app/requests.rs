@@ -33,7 +33,7 @@ use crate::{
         ui::message::{Notices, capitalised},
     },
     scene::Material,
-    simulation::{Action, Actions, SimulationClock, SoftBody, SolverThreads, action},
+    simulation::{Action, Actions, SimulationClock, SoftBody, SolverThreads},
     solver::{Threads, deform::Deformation},
 };
 
@@ -247,7 +247,7 @@ fn push(world: &mut World, action: Action) {
 }
 
 fn setting(world: &mut World, name: &'static str, value: Option<f64>) {
-    let original = action::setting(&world.resource::<SceneSettings>().0, name);
+    let original = crate::simulation::setting(&world.resource::<SceneSettings>().0, name);
     if let Some(value) = value.or(original) {
         let name = name.to_owned();
         push(world, Action::SetSetting { name, value });

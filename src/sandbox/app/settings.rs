@@ -29,7 +29,7 @@ use crate::{
         },
     },
     scene::CurrentScene,
-    simulation::{Action, Actions, SimulationClock, SimulationSettings, action},
+    simulation::{Action, Actions, SETTINGS, SimulationClock, SimulationSettings, setting},
 };
 
 /// Valid window sizes [logical px]; others are ignored.
@@ -214,11 +214,11 @@ fn keep(
     let (Some(window), Some(scene)) = (window, scene) else {
         return;
     };
-    let changes = action::SETTINGS
+    let changes = SETTINGS
         .iter()
         .filter_map(|(name, ..)| {
-            let value = action::setting(&settings, name)?;
-            (value != action::setting(&original, name)?).then(|| format!("{name}={value}"))
+            let value = setting(&settings, name)?;
+            (value != setting(&original, name)?).then(|| format!("{name}={value}"))
         })
         .collect();
     let now = KeptSettings {

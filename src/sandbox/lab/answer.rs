@@ -8,10 +8,7 @@ use crate::{
         },
         state::view::ViewSettings,
     },
-    scene::{
-        CurrentScene,
-        answer::{Curve, Subject},
-    },
+    scene::{AnswerCurve, AnswerSubject, CurrentScene},
     simulation::{BodyDensity, SimulationSettings, SoftBody, carried::Carried},
     solver::Particles,
 };
@@ -39,7 +36,7 @@ impl Plugin for AnswerPlugin {
 }
 
 /// Curves of the last frame with their points, which are recomputed only when a parameter changes.
-type Known = Vec<(Curve, Option<Vec<Vec3>>)>;
+type Known = Vec<(AnswerCurve, Option<Vec<Vec3>>)>;
 
 fn paint(
     mut contexts: EguiContexts,
@@ -63,7 +60,7 @@ fn paint(
         let Some((_, body, particles, density, carried)) = of_body else {
             continue;
         };
-        let subject = Subject {
+        let subject = AnswerSubject {
             topology: body,
             positions: &particles.positions,
             effects: &carried.effects(),

@@ -38,8 +38,9 @@ use crate::{
     },
     scene::{Answer, CurrentScene, Material},
     simulation::{
-        Asleep, BodyDensity, Pins, Profile, Quarantined, SimulationClock, SimulationSettings,
-        SoftBody, SolverThreads, Statistics, action, carried, plain::bodies_in_order, system_names,
+        Asleep, BodyDensity, Pins, Profile, Quarantined, SETTINGS, SimulationClock,
+        SimulationSettings, SoftBody, SolverThreads, Statistics, carried, plain::bodies_in_order,
+        setting, system_names,
     },
     solver::{EffectStates, Particles, available, measure},
 };
@@ -416,11 +417,11 @@ fn settings(world: &World) -> Vec<Parameter> {
     let now = &world.resource::<SimulationSettings>().0;
     let scene = &world.resource::<SceneSettings>().0;
     let row = |name: &&'static str| {
-        let (_, unit, _) = action::SETTINGS.iter().find(|(other, ..)| other == name)?;
+        let (_, unit, _) = SETTINGS.iter().find(|(other, ..)| other == name)?;
         let (title, help, track) = words(name)?;
         let choices = choices(name);
-        let value = action::setting(now, name)?;
-        let original = action::setting(scene, name)?;
+        let value = setting(now, name)?;
+        let original = setting(scene, name)?;
         Some(Parameter {
             name,
             title,

@@ -19,7 +19,7 @@ use crate::sandbox::{
     },
     ui::{area, format, theme},
 };
-use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
+use crate::simulation::{SimulationClock, SoftBody, Statistics};
 
 /// Update rate of the figures [1/s].
 const REFRESH: f32 = 5.0;
@@ -95,7 +95,7 @@ impl Plugin for HudPlugin {
 fn measure_while_paused(world: &mut World, new: &mut QueryState<(), Added<SoftBody>>) {
     let came = new.iter(world).next().is_some();
     if came && world.resource::<SimulationClock>().paused {
-        let statistics = statistics::measure(world);
+        let statistics = Statistics::measure(world);
         world.insert_resource(statistics);
     }
 }

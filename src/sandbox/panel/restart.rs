@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use super::scene_defaults::{SceneDefaults, SceneSettings};
 use crate::{
     effect::EffectRegistry,
-    simulation::{Action, Actions, SimulationSettings, action, plain::bodies_in_order},
+    simulation::{Action, Actions, SETTINGS, SimulationSettings, plain::bodies_in_order, setting},
 };
 
 /// A changed parameter of a body, by the index of the body in the scene.
@@ -30,11 +30,11 @@ pub(in crate::sandbox) fn changes(world: &mut World) -> Changes {
     let bodies = bodies_in_order(world);
     let now = &world.resource::<SimulationSettings>().0;
     let scene = &world.resource::<SceneSettings>().0;
-    let settings = action::SETTINGS
+    let settings = SETTINGS
         .iter()
         .filter_map(|(name, ..)| {
-            let value = action::setting(now, name)?;
-            (value != action::setting(scene, name)?).then_some((*name, value))
+            let value = setting(now, name)?;
+            (value != setting(scene, name)?).then_some((*name, value))
         })
         .collect();
     let parameters = bodies

@@ -16,135 +16,137 @@ use crate::{
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// Carries out an action at once.
-///
-/// # Errors
-/// [`ActionError`] if the body, effect, parameter, setting or particle does not exist, or the value
-/// is out of range; nothing has changed in this case.
-pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
-    match action {
-        Action::SetSetting { name, value } => set_setting(world, name, *value),
-        Action::SetParameter {
-            body,
-            effect,
-            parameter,
-            value,
-        } => set_parameter(world, *body, effect, parameter, *value),
-        Action::AddEffect { body, effect } => {
-            let info = find_effect(world, effect)?;
-            let (present, unfit) = (info.present, info.unfit);
-            let (add, remove) = (info.insert_default, info.remove);
-            let fitness = Fitness::of(world);
-            let mut entity = body_mut(world, *body)?;
-            if present(&EntityRef::from(&entity)) {
-                return Ok(());
-            }
-            if let Some(reason) = unfit(&EntityRef::from(&entity), &fitness.settings) {
-                let effect = effect.clone();
-                return Err(ActionError::Unfit { effect, reason });
-            }
-            let add = add.ok_or_else(|| ActionError::Absent(effect.clone()))?;
-            let rest = entity.get::<RestTimer>().copied();
-            let is_asleep = entity.contains::<Asleep>();
-            add(&mut entity);
-            let unfit = fitness.unfit(&entity);
-            if !unfit.is_empty() {
-                remove(&mut entity);
-                let reason = fitness.reason_of_change(&entity, effect, unfit);
-                if let Some(reason) = reason {
-                    // Removal of an effect wakes a body.
-                    if is_asleep {
-                        entity.insert(Asleep);
-                    }
-                    if let Some(rest) = rest {
-                        entity.insert(rest);
-                    }
+impl Action {
+    /// Carries out the action at once, and not as one of [`Actions`](super::Actions).
+    ///
+    /// # Errors
+    /// [`ActionError`] if the body, effect, parameter, setting or particle does not exist, or the value
+    /// is out of range; nothing has changed in this case.
+    pub fn perform(&self, world: &mut World) -> Result<(), ActionError> {
+        match self {
+            Action::SetSetting { name, value } => set_setting(world, name, *value),
+            Action::SetParameter {
+                body,
+                effect,
+                parameter,
+                value,
+            } => set_parameter(world, *body, effect, parameter, *value),
+            Action::AddEffect { body, effect } => {
+                let info = find_effect(world, effect)?;
+                let (present, unfit) = (info.present, info.unfit);
+                let (add, remove) = (info.insert_default, info.remove);
+                let fitness = Fitness::of(world);
+                let mut entity = body_mut(world, *body)?;
+                if present(&EntityRef::from(&entity)) {
+                    return Ok(());
+                }
+                if let Some(reason) = unfit(&EntityRef::from(&entity), &fitness.settings) {
                     let effect = effect.clone();
                     return Err(ActionError::Unfit { effect, reason });
                 }
+                let add = add.ok_or_else(|| ActionError::Absent(effect.clone()))?;
+                let rest = entity.get::<RestTimer>().copied();
+                let is_asleep = entity.contains::<Asleep>();
                 add(&mut entity);
+                let unfit = fitness.unfit(&entity);
+                if !unfit.is_empty() {
+                    remove(&mut entity);
+                    let reason = fitness.reason_of_change(&entity, effect, unfit);
+                    if let Some(reason) = reason {
+                        // Removal of an effect wakes a body.
+                        if is_asleep {
+                            entity.insert(Asleep);
+                        }
+                        if let Some(rest) = rest {
+                            entity.insert(rest);
+                        }
+                        let effect = effect.clone();
+                        return Err(ActionError::Unfit { effect, reason });
+                    }
+                    add(&mut entity);
+                }
+                wake(&mut entity);
+                Ok(())
             }
-            wake(&mut entity);
-            Ok(())
-        }
-        Action::RemoveEffect { body, effect } => {
-            let remove = find_effect(world, effect)?.remove;
-            let mut entity = body_mut(world, *body)?;
-            remove(&mut entity);
-            wake(&mut entity);
-            Ok(())
-        }
-        Action::SetDensity { body, density } => {
-            body_mut(world, *body)?.insert(BodyDensity(*density));
-            Ok(())
-        }
-        Action::Grab {
-            body,
-            point,
-            target,
-        } => grab::point(world, *body, *point, *target),
-        Action::Brush {
-            body,
-            point,
-            target,
-            radius,
-            stiffness,
-        } => grab::patch(world, *body, (*point, *target), *radius, *stiffness),
-        Action::GrabPins { body, vertex } => grab::pins(world, *body, *vertex),
-        Action::MovePins {
-            body,
-            target,
-            seconds,
-        } => grab::move_pins(world, *body, *target, *seconds),
-        Action::AddCollider { shape, pose } => collider::add(world, shape, *pose),
-        Action::SetCollider {
-            collider,
-            shape,
-            pose,
-            seconds,
-        } => collider::set(world, *collider, shape.as_ref(), *pose, *seconds),
-        Action::RemoveCollider { collider } => collider::remove(world, *collider),
-        Action::MoveGrab { body, target } => {
-            let mut entity = body_mut(world, *body)?;
-            if let Some(mut grab) = entity.get_mut::<Grab>()
-                && target.is_finite()
-            {
-                grab.target = *target;
+            Action::RemoveEffect { body, effect } => {
+                let remove = find_effect(world, effect)?.remove;
+                let mut entity = body_mut(world, *body)?;
+                remove(&mut entity);
+                wake(&mut entity);
+                Ok(())
             }
-            Ok(())
-        }
-        Action::Release { body } => {
-            body_mut(world, *body)?.remove::<Grab>();
-            Ok(())
-        }
-        Action::Pin { body, vertex } => change_pins(world, *body, *vertex, true),
-        Action::Unpin { body, vertex } => change_pins(world, *body, *vertex, false),
-        Action::Cut { body, cut } => tear::cut(world, *body, cut),
-        Action::Deform { body, deformation } => reshape(world, *body, |particles, _| {
-            deform::deform(particles, *deformation);
-        }),
-        Action::ResetShape { body } => reshape(world, *body, reset_shape),
-        Action::Restore { body } => {
-            let mut entity = body_mut(world, *body)?;
-            entity
-                .take::<Quarantined>()
-                .ok_or(ActionError::NotInQuarantine)?;
-            wake(&mut entity);
-            Ok(())
-        }
-        Action::Spawn(new) => {
-            let entity = plain::spawn_body(world, &new.body);
-            let mut entity = world.entity_mut(entity);
-            entity.insert(SceneEntity);
-            if let Some(skin) = &new.skin {
-                entity.insert(BodySkin(Arc::clone(skin)));
+            Action::SetDensity { body, density } => {
+                body_mut(world, *body)?.insert(BodyDensity(*density));
+                Ok(())
             }
-            new.own.iter().for_each(|effect| effect.insert(&mut entity));
-            Ok(())
-        }
-        Action::Despawn { body } => {
-            body_mut(world, *body)?.despawn();
-            Ok(())
+            Action::Grab {
+                body,
+                point,
+                target,
+            } => grab::point(world, *body, *point, *target),
+            Action::Brush {
+                body,
+                point,
+                target,
+                radius,
+                stiffness,
+            } => grab::patch(world, *body, (*point, *target), *radius, *stiffness),
+            Action::GrabPins { body, vertex } => grab::pins(world, *body, *vertex),
+            Action::MovePins {
+                body,
+                target,
+                seconds,
+            } => grab::move_pins(world, *body, *target, *seconds),
+            Action::AddCollider { shape, pose } => collider::add(world, shape, *pose),
+            Action::SetCollider {
+                collider,
+                shape,
+                pose,
+                seconds,
+            } => collider::set(world, *collider, shape.as_ref(), *pose, *seconds),
+            Action::RemoveCollider { collider } => collider::remove(world, *collider),
+            Action::MoveGrab { body, target } => {
+                let mut entity = body_mut(world, *body)?;
+                if let Some(mut grab) = entity.get_mut::<Grab>()
+                    && target.is_finite()
+                {
+                    grab.target = *target;
+                }
+                Ok(())
+            }
+            Action::Release { body } => {
+                body_mut(world, *body)?.remove::<Grab>();
+                Ok(())
+            }
+            Action::Pin { body, vertex } => change_pins(world, *body, *vertex, true),
+            Action::Unpin { body, vertex } => change_pins(world, *body, *vertex, false),
+            Action::Cut { body, cut } => tear::cut(world, *body, cut),
+            Action::Deform { body, deformation } => reshape(world, *body, |particles, _| {
+                deform::deform(particles, *deformation);
+            }),
+            Action::ResetShape { body } => reshape(world, *body, reset_shape),
+            Action::Restore { body } => {
+                let mut entity = body_mut(world, *body)?;
+                entity
+                    .take::<Quarantined>()
+                    .ok_or(ActionError::NotInQuarantine)?;
+                wake(&mut entity);
+                Ok(())
+            }
+            Action::Spawn(new) => {
+                let entity = plain::spawn_body(world, &new.body);
+                let mut entity = world.entity_mut(entity);
+                entity.insert(SceneEntity);
+                if let Some(skin) = &new.skin {
+                    entity.insert(BodySkin(Arc::clone(skin)));
+                }
+                new.own.iter().for_each(|effect| effect.insert(&mut entity));
+                Ok(())
+            }
+            Action::Despawn { body } => {
+                body_mut(world, *body)?.despawn();
+                Ok(())
+            }
         }
     }
 }

@@ -4,8 +4,9 @@
 use crate::{
     scene::Look,
     simulation::{
-        BodyDensity, Pins, SimulationSettings, SpawnOrder, action,
+        BodyDensity, Pins, SETTINGS, SimulationSettings, SpawnOrder,
         plain::{self, colliders_in_order, lasting_bodies},
+        setting,
     },
     solver::{Collider, Density, Effects, Settings, VertexIndex},
 };
@@ -98,10 +99,10 @@ impl Editable {
 
     fn changes(&self, now: &Self, restored: &[(String, f64)]) -> Vec<String> {
         let mut changes = Vec::new();
-        let settings = action::SETTINGS.iter().filter(|(name, ..)| {
-            let value = action::setting(&now.settings, name);
+        let settings = SETTINGS.iter().filter(|(name, ..)| {
+            let value = setting(&now.settings, name);
             let is_restored = |(other, kept): &(String, f64)| other == name && Some(*kept) == value;
-            value != action::setting(&self.settings, name) && !restored.iter().any(is_restored)
+            value != setting(&self.settings, name) && !restored.iter().any(is_restored)
         });
         let settings = settings.count();
         let find =

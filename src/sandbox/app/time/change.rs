@@ -5,8 +5,8 @@ use crate::{
     effect::EffectRegistry,
     sandbox::panel::gather,
     simulation::{
-        Action, BodyDensity, SimulationClock, SimulationSettings, SpawnOrder, action,
-        plain::bodies_in_order,
+        Action, BodyDensity, SimulationClock, SimulationSettings, SpawnOrder,
+        plain::bodies_in_order, setting,
     },
     solver::{Collider, Path, deform::Deformation},
 };
@@ -84,7 +84,7 @@ pub fn inverse(world: &World, action: &Action) -> Vec<Action<SpawnOrder>> {
     let found = match action {
         Action::SetSetting { name, .. } => {
             let settings = &world.resource::<SimulationSettings>().0;
-            action::setting(settings, name).map(|value| {
+            setting(settings, name).map(|value| {
                 let name = name.clone();
                 vec![Action::SetSetting { name, value }]
             })

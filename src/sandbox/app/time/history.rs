@@ -10,7 +10,7 @@ use crate::{
         state::{spawn::Spawn, time::Gesture},
         ui::message::Notices,
     },
-    simulation::{Action, Actions, SimulationClock, SpawnOrder, action, end_tick},
+    simulation::{Action, Actions, SimulationClock, SpawnOrder, end_tick},
 };
 use bevy::prelude::*;
 use std::{
@@ -228,7 +228,7 @@ impl Entry {
 /// Ends a tick under way, and carries out waiting actions.
 pub(super) fn settle(world: &mut World) {
     end_tick(world);
-    action::apply(world);
+    Actions::apply(world);
 }
 
 /// The current state, with the timeline.
@@ -365,7 +365,7 @@ pub fn begin(world: &mut World) {
 /// Carries out waiting actions that are not the user's, so that they cannot be undone one by one.
 pub fn quietly(world: &mut World) {
     world.resource_mut::<History>().quiet = true;
-    action::apply(world);
+    Actions::apply(world);
     world.resource_mut::<History>().quiet = false;
 }
 

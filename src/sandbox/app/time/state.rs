@@ -17,9 +17,8 @@ use crate::{
     },
     scene::{self, BuiltScene, CurrentScene, Look},
     simulation::{
-        EnergyLedger, Moment, SpawnOrder, SpawnOrders,
+        EnergyLedger, Moment, SpawnOrder, SpawnOrders, Statistics,
         plain::{bodies_in_order, colliders_in_order},
-        statistics,
     },
     solver::{Grab, Settings},
 };
@@ -145,7 +144,7 @@ impl State {
         if world.contains_resource::<ReferenceOverlay>() {
             world.write_message(ReferenceCommand::Again);
         }
-        let figures = statistics::measure(world);
+        let figures = Statistics::measure(world);
         world.insert_resource(figures);
     }
 

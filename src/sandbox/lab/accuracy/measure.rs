@@ -76,13 +76,7 @@ pub fn measure(world: World, task: Task) -> io::Result<Worker<News>> {
 fn modes(world: &World) -> Option<Modes> {
     let of = |body: &Body| Modes::of(&body.topology, &body.particles, &body.effects);
     let all = world.bodies.iter().filter_map(of);
-    all.reduce(|a, b| Modes {
-        stiffest: a.stiffest.max(b.stiffest),
-        softest: match (a.softest, b.softest) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            _ => None,
-        },
-    })
+    all.reduce(Modes::and)
 }
 
 /// The setting of the world itself, and powers of two around it.

@@ -22,7 +22,7 @@ use crate::{
     },
     simulation::{Action, Actions, SimulationSettings, plain},
     solver::{Body, Settings},
-    torture::{CASES, Case, run::given},
+    torture::{CASES, Case, Member},
 };
 use bevy::prelude::*;
 use bevy_egui::{EguiContext, EguiPrimaryContextPass, PrimaryEguiContext};
@@ -174,7 +174,7 @@ fn start(world: &mut World, number: usize, on: On) {
             let Some(body) = plain::body(world.entity(entity)) else {
                 return;
             };
-            if let Some(deformation) = case.deformation(&given(&body, settings)) {
+            if let Some(deformation) = case.deformation(&Member::given(&body, settings)) {
                 let action = Action::Deform {
                     body: entity,
                     deformation,

@@ -8,11 +8,8 @@ use crate::{
     scene::{BuiltScene, Look},
     solver::{Body, Settings},
     torture::{
-        Advice, Case, Options, TortureError,
-        advice::{NOTHING, advise, advise_given},
-        jobs,
-        run::{Crews, prepared, run_given, run_member},
-        suite,
+        self, Advice, Case, Crews, Options, SuiteRow, TortureError, advise, advise_given, jobs,
+        prepared, run_given, run_member,
     },
 };
 use std::{
@@ -104,8 +101,8 @@ pub fn start_advice(
 ) -> io::Result<Worker<News>> {
     Worker::start("advice", move |reporter| {
         let advice = find_settings(case, subject, member);
-        let words =
-            advice.map(|advice| advice.map_or_else(|| NOTHING.to_owned(), |it| it.to_string()));
+        let words = advice
+            .map(|advice| advice.map_or_else(|| Advice::NONE.to_owned(), |it| it.to_string()));
         reporter.tell(News::Advised(words.map_err(|error| error.to_string())));
     })
 }
@@ -151,10 +148,10 @@ fn own(case: &'static Case, reporter: &Reporter<News>) -> Result<Verdict, Tortur
         let reporter = reporter.lock().unwrap_or_else(PoisonError::into_inner);
         reporter.tell(News::Progress(done as f32 / jobs.len().max(1) as f32));
     };
-    let rows = suite::run(&jobs, 1, &progress)?;
-    let load = |row: &&suite::SuiteRow| {
+    let rows = torture::run(&jobs, 1, &progress)?;
+    let load = |row: &&SuiteRow| {
         let worst = row.worst().and_then(|outcome| outcome.worst());
-        worst.map_or(0.0, crate::torture::Figure::load)
+        worst.map_or(0.0, torture::Figure::load)
     };
     let worst = |expected: bool| {
         let rows = rows.iter().filter(|row| row.expected.is_some() == expected);

@@ -6,7 +6,7 @@ use crate::sandbox::state::view::SolverView;
 use bevy::prelude::*;
 
 use crate::{
-    render::gizmos,
+    render::distinct_color,
     sandbox::render::material::{PALETTE, linear},
     solver::{Topology, kernel::WIDTH, topology::order::Elements},
 };
@@ -68,7 +68,7 @@ impl Slot {
 
 /// A distinct color, linear sRGB.
 fn distinct(n: usize) -> Vec3 {
-    let color = gizmos::distinct(n).to_linear();
+    let color = distinct_color(n).to_linear();
     color.to_vec3().clamp(Vec3::ZERO, Vec3::ONE)
 }
 

@@ -30,6 +30,7 @@ pub const RIGID: f64 = 5.0;
 
 /// Angular frequencies of a body's elastic modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Modes {
     /// Of the stiffest mode [rad/s]; ∞ with rigid constraints.
     pub stiffest: f64,
@@ -60,6 +61,15 @@ impl Modes {
         };
         let softest = found.and_then(|found| found.smallest).map(f64::sqrt);
         Some(Self { stiffest, softest })
+    }
+
+    /// The stiffest and the softest mode of two bodies. The softest is known if both are.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            stiffest: self.stiffest.max(other.stiffest),
+            softest: self.softest.zip(other.softest).map(|(a, b)| a.min(b)),
+        }
     }
 }
 
