@@ -55,12 +55,12 @@ impl PastStarts {
 
     /// Positions of the particles at an instant [m], with their inverse masses. Of an instant before
     /// the oldest state, those of that state; a particle that did not exist has its first position.
-    pub fn positions(
-        &self,
+    pub fn positions<'a>(
+        &'a self,
         at: DrawnInstant,
-        start: &TickStart,
-        now: &Particles,
-    ) -> impl Iterator<Item = Vec4> {
+        start: &'a TickStart,
+        now: &'a Particles,
+    ) -> impl Iterator<Item = Vec4> + 'a {
         let (from, to) = match at.ticks_back {
             0 => (&start.positions[..], &now.positions[..]),
             1 => (self.back(1, start, now), &start.positions[..]),

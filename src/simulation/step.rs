@@ -99,7 +99,7 @@ pub(super) fn advance(world: &mut World) {
     loop {
         if !world.resource::<SimulationClock>().mid_tick() {
             // Actions that waited for the end of a tick come before the next one.
-            if super::Actions::apply(world) {
+            if Actions::apply(world) {
                 effect::follow_bodies(world);
             }
             if !world.resource_mut::<SimulationClock>().take_tick() {
@@ -129,7 +129,7 @@ fn end_early(world: &mut World) {
     let tick = clock.tick();
     world.trigger(EndedEarly { tick, substeps });
     slice(world, None, Some(substeps));
-    super::Actions::apply(world);
+    Actions::apply(world);
     effect::follow_bodies(world);
 }
 
@@ -166,7 +166,7 @@ pub fn tick(world: &mut World) {
 
 /// Runs one tick now, which ends after `substeps` if it has more of them.
 pub(crate) fn tick_of(world: &mut World, substeps: Option<u32>) {
-    super::Actions::apply(world);
+    Actions::apply(world);
     effect::follow_bodies(world);
     loop {
         slice(world, None, substeps);

@@ -4,7 +4,7 @@ use super::{
     CASES, Case, EXPECTED_FAILURES, ExpectedFailure, Kind, Member, Outcome, TortureError,
     run::{Crews, run_member},
 };
-use crate::solver::{Threads, ThreadsError};
+use crate::solver::ThreadsError;
 use rayon::prelude::*;
 use std::sync::{
     Mutex, PoisonError,

@@ -211,14 +211,17 @@ pliant::solver::effects!(elastic);
 
 /// Place of a body on the ground [m], in rows of 24. Gusts and rounding depend on it.
 pub fn place(index: usize) -> Vec3 {
-    let (row, column) = ((index + 21) / 24, (index + 21) % 24);
+    let (row, column) = ((index + 22) / 24, (index + 22) % 24);
     Vec3::new(2.0 * column as f32, 0.0, -5.0 * row as f32)
 }
 
 /// A body for each effect, two meters apart; two touching bodies for contact.
 pub fn bodies() -> Vec<Body> {
     let mut bodies = Vec::new();
-    for (name, on, effects) in samples() {
+    let mut all = samples();
+    // At the end, as what comes after another body has another place.
+    all.sort_by_key(|(.., effects)| effects.force_mask.is_some());
+    for (name, on, effects) in all {
         let under = Effects {
             stretch: stretch(1e-5),
             volume: volume(1e-5),

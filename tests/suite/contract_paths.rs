@@ -25,6 +25,8 @@ struct Module {
     items: Vec<String>,
     /// Names that it imports, each with its path as written, and whether it is re-exported.
     imports: BTreeMap<String, (String, bool)>,
+    /// Modules all of whose items it re-exports.
+    globs: Vec<String>,
 }
 
 impl Module {
@@ -62,10 +64,10 @@ impl Module {
     }
 
     fn import(&mut self, (name, path): (String, String), exported: bool) {
-        assert!(
-            !(exported && name == "*"),
-            "pub use {path}: name the items, as it cannot be seen which these are"
-        );
+        if exported && name == "*" {
+            self.globs.push(path.trim_end_matches("::*").to_owned());
+            return;
+        }
         self.imports.insert(name, (path, exported));
     }
 }
@@ -192,10 +194,17 @@ impl Library {
         }
     }
 
-    /// Items with several paths.
+    /// Items with several paths, among them all of a public module that are re-exported.
     fn ambiguous(&self) -> Vec<BTreeSet<String>> {
-        let all = self.public_paths().into_values();
-        all.filter(|paths| paths.len() > 1).collect()
+        let all = self.public_paths();
+        let globs = self.0.iter().flat_map(|(module, it)| {
+            let each = it.globs.iter();
+            each.map(|path| self.absolute(module, path))
+        });
+        let open = globs.filter(|module| all.contains_key(module));
+        let open = open.map(|module| BTreeSet::from([format!("{module}::*"), module]));
+        let two = all.values().filter(|paths| paths.len() > 1).cloned();
+        two.chain(open).collect()
     }
 }
 

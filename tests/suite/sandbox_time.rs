@@ -96,10 +96,7 @@ fn act(app: &mut App, action: Action) {
     press(app);
     push(app, action);
     Actions::apply(app.world_mut());
-    let errors = app
-        .world_mut()
-        .resource_mut::<pliant::simulation::Actions>()
-        .take_errors();
+    let errors = app.world_mut().resource_mut::<Actions>().take_errors();
     assert!(errors.is_empty(), "{errors:?}");
 }
 

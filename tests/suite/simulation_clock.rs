@@ -216,10 +216,7 @@ fn a_body_that_comes_in_the_middle_of_a_tick_breaks_nothing() {
         .insert(pliant::effect::Collide::default());
     updates(&mut app, 60);
     for body in [newcomer, with_new_effect] {
-        let particles = app
-            .world()
-            .get::<pliant::solver::Particles>(body)
-            .expect("a body");
+        let particles = app.world().get::<Particles>(body).expect("a body");
         assert!(particles.first_not_finite().is_none());
     }
 }

@@ -8,11 +8,11 @@ use crate::{
 use bevy::prelude::*;
 use pliant::{
     effect::{
-        Effect, EffectRegistry, ExternalForce, ExternalImpulse, Grab, Grabs, PinTargets, Stitches,
-        Stretch,
+        Effect, EffectRegistry, ExternalForce, ExternalImpulse, Grab, Grabs, PinTargets, Sink,
+        Stitches, Stretch,
     },
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule, state_hash},
-    solver::{Effects, ForceKind, ParticleIndex, Particles, SurfacePoint, deform::Random},
+    solver::{Effects, Finite, ForceKind, ParticleIndex, Particles, SurfacePoint, deform::Random},
 };
 
 /// All effects that stay, in order of registration: impulses are removed by the tick that applies
@@ -30,6 +30,13 @@ fn insert(app: &mut App, body: Entity, effect: &str) {
     let default = registry.get(effect).expect("known").insert_default;
     let mut body = app.world_mut().entity_mut(body);
     match default {
+        // Where nothing falls into it.
+        _ if effect == Sink::NAME => {
+            body.insert(Sink {
+                y: Finite::of(-1000.0),
+                ..Sink::default()
+            });
+        }
         Some(insert) => insert(&mut body),
         None if effect == Stitches::NAME => {
             body.insert(Stitches::default());

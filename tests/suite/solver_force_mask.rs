@@ -180,9 +180,9 @@ fn weights_fall_smoothly_with_the_distance_from_the_part() {
     plain.tick();
     for (i, (x, distance)) in all.into_iter().enumerate() {
         let expected = profile(distance / 0.5);
-        // The part is wider by 1e-5 of two meters, over a slope of at most 1.5/0.5 per meter;
-        // coordinates are rounded by 1e-7.
-        let tolerance = 3.0 * (2e-5 + 1e-6);
+        // The part is wider by 1e-5 of two meters, off an edge √2 times that, over a slope of at most
+        // 1.5/0.5 per meter; coordinates are rounded by 1e-7.
+        let tolerance = 3.0 * (2e-5 * std::f64::consts::SQRT_2 + 1e-6);
         let found = weight(i as u32);
         assert!((found - expected).abs() < tolerance, "{x}: {found}");
         // Drag leaves 60/1e9 of it. Velocities are rounded by half an ulp of two meters over h, 7e-6

@@ -306,6 +306,59 @@ fn an_l_shaped_beam_and_a_rod_in_torsion_agree_with_their_closed_forms() {
 }
 
 #[test]
+fn a_ring_sinks_the_more_the_closer_its_twist_is_to_michells() {
+    let case = cases("twisted_ring");
+    let ring = &case[0].problem.reference;
+    // 0.8 of the critical twist: 1/(4(3 − m²)) instead of 1/12, and 1 % in other terms.
+    let without = 0.0086 * 9.81 * 0.001 / 0.5 * (1.0 - std::f64::consts::FRAC_PI_4);
+    let times = ring.value().expect("a closed form") / without;
+    assert!((times / (3.0 / (3.0 - 1.92)) - 1.0).abs() < 0.02, "{times}");
+    let [coarse, middle, fine] = [0, 1, 2].map(|level: usize| {
+        let case: &Case = &case[level];
+        let converged = converge(case).expect("sound settings");
+        assert!(converged.settled, "{}", case.id());
+        expected(case) / converged.values[0]
+    });
+    // The stiffness, which is linear in the distance from the critical twist, is of second order in the
+    // segments; their fourth order is 1/48 of it or less.
+    let ratio = (coarse - middle) / (middle - fine);
+    assert!((ratio - 4.0).abs() < 0.1, "{coarse} {middle} {fine}");
+    // What is not of the mesh is the weight of the ring, 62.8 mg beside 17.2 g: 0.37 % of the load, and
+    // less of the deflection, as some of it is at the pins. Slopes of 1e-3 add 1e-6.
+    let rest = 1.0 - (fine + (fine - middle) / 3.0);
+    assert!((0.0..0.0037).contains(&rest), "{rest}");
+}
+
+#[test]
+fn a_plectoneme_keeps_its_link() {
+    let case = &cases("plectoneme")[0];
+    let converged = converge(case).expect("sound settings");
+    // The rounding of f64 over 11 520 substeps.
+    assert!(converged.values[0] < 1e-6, "{:?}", converged.values);
+    // Below 1 of the 2 turns that a passage would add: none. Rounding of positions is far less.
+    let drift = value(case, Setting::xpbd(16, 1));
+    assert!(drift < 1e-3, "{drift} turns");
+}
+
+#[test]
+fn at_rest_nothing_is_left_of_the_substep_of_a_direct_solution() {
+    for name in ["cantilever_4", "cantilever_8", "twisted_bar"] {
+        for case in cases(name).iter().take(2) {
+            let converged = converge(case).expect("sound settings").values[0];
+            let setting = Setting {
+                method: Method::Direct,
+                ..Setting::xpbd(1, 1)
+            };
+            let off = value(case, setting) / converged - 1.0;
+            // From the predicted positions, one step was 0.3 to 4 % off. A particle rests where its
+            // remaining weight moves it by less than half an ulp in a substep, 1.5e-8 m of 2.7 mm, and
+            // positions are rounded by as much of a deflection of at least 3.7 mm.
+            assert!(off.abs() < 2e-5, "{}: {off}", case.id());
+        }
+    }
+}
+
+#[test]
 fn a_static_equilibrium_is_where_the_reference_comes_to_rest() {
     for name in [
         "chain_1e-3",

@@ -76,7 +76,6 @@ impl ForceMask {
     }
 
     /// Weight of each particle of a body, from 0 to 1; 1 for grains.
-    #[must_use]
     pub fn weights<'a>(&self, topology: &'a Topology) -> impl Fn(u32) -> f64 + use<'a> {
         let [low, high] = topology.bounds.map(|corner| corner.as_dvec3());
         let at = |x: Fraction, y: Fraction, z: Fraction| {
