@@ -49,6 +49,23 @@ pub struct ExternalForce {
 /// component. It wakes a body that sleeps.
 ///
 /// Insert it again for another one; one that is replaced before a tick is lost.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::{effect::ExternalImpulse, prelude::*, simulation::tick, solver::measure};
+///
+/// let mut app = App::new();
+/// app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+/// app.insert_resource(SimulationSettings(Settings { gravity: Vec3::ZERO, ..default() }));
+/// let block = SoftBody::cuboid(Vec3::splat(0.4), UVec3::splat(2)).density(Density::of(1000.0));
+/// let kick = ExternalImpulse { whole: Vec3::X * 64.0, ..default() }; // N·s on 64 kg
+/// let block = app.world_mut().spawn((block.build(), Stretch::default(), kick)).id();
+/// tick(app.world_mut());
+/// let particles = app.world().get::<Particles>(block).expect("a body has particles");
+/// let speed = measure::momentum(particles).x / 64.0;
+/// assert!((speed - 1.0).abs() < 1e-4, "m/s after a tick");
+/// assert!(!app.world().entity(block).contains::<ExternalImpulse>());
+/// ```
 #[derive(Component, Debug, Clone, Default, PartialEq)]
 pub struct ExternalImpulse {
     /// Impulse on the whole body [N·s], distributed over its free particles by their mass.

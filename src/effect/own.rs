@@ -1,7 +1,7 @@
 //! Effects of an app in files: by their names, with their parameters as text.
 
-use super::{Effect, EffectPlugin, EffectPlugins, EffectRegistry};
-use bevy::prelude::*;
+use super::{Effect, EffectPlugin, EffectPlugins, EffectRegistry, registry::say_missing};
+use bevy::{ecs::world::DeferredWorld, prelude::*};
 use ron::{Options, error::SpannedError, extensions::Extensions, ser::PrettyConfig};
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt;
@@ -52,9 +52,9 @@ pub struct OwnEffects(Vec<OwnKind>);
 pub(super) struct OwnKind {
     name: &'static str,
     add_plugin: fn(&mut App),
-    /// Parses a text, and writes it as it is stored.
-    normalized: fn(&str) -> Result<String, OwnEffectError>,
-    read: fn(&EntityRef) -> Option<Result<String, ron::Error>>,
+    /// Parses a text of a file with these extensions of RON, and writes it as it is stored.
+    normalized: fn(&str, Extensions) -> Result<String, OwnEffectError>,
+    read: fn(&EntityRef) -> Option<Result<String, OwnEffectError>>,
     insert: fn(&mut EntityWorldMut, &str),
     remove: fn(&mut EntityWorldMut),
     /// Whether it has a state besides the component.
@@ -85,6 +85,17 @@ pub enum OwnEffectError {
     /// It was parsed, and cannot be written.
     #[error("it cannot be written: {0}")]
     Write(ron::Error),
+    /// It was written, and the text cannot be parsed again.
+    #[error(
+        "it is written as `{text}`, which cannot be read back: {message}; its `Serialize` and `Deserialize` \
+         must agree"
+    )]
+    ReadBack {
+        /// The written parameters.
+        text: String,
+        /// Place, found and expected syntax.
+        message: String,
+    },
 }
 
 impl OwnKind {
@@ -113,18 +124,23 @@ impl OwnKind {
             add_plugin: |app| {
                 app.add_plugins(EffectPlugin::<E>::default().saved());
             },
-            normalized: |text| {
-                let effect: E = from_text(text).map_err(|error| OwnEffectError::Syntax {
-                    line: error.span.start.line,
-                    column: error.span.start.col,
-                    message: error.code.to_string(),
-                })?;
-                to_text(&effect).map_err(OwnEffectError::Write)
+            normalized: |text, extensions| {
+                let options = options().with_default_extension(extensions);
+                let effect: E = options
+                    .from_str(text)
+                    .map_err(|error| OwnEffectError::Syntax {
+                        line: error.span.start.line,
+                        column: error.span.start.col,
+                        message: error.code.to_string(),
+                    })?;
+                to_readable_text(&effect)
             },
-            read: |body| body.get::<E>().map(to_text),
+            read: |body| body.get::<E>().map(to_readable_text),
             insert: |body, text| match from_text::<E>(text) {
                 Ok(effect) => {
                     body.insert(effect);
+                    let entity = body.id();
+                    body.world_scope(|world| say_missing::<E>(DeferredWorld::from(world), entity));
                 }
                 Err(error) => log::error!("{name} was not added: {error}", name = E::NAME),
             },
@@ -194,8 +210,12 @@ impl OwnEffects {
     /// Those of these effects that a body carries.
     ///
     /// # Errors
-    /// The name of an effect whose component cannot be written as text, and the error.
-    pub fn of_body(&self, body: &EntityRef) -> Result<Vec<OwnEffect>, (&'static str, ron::Error)> {
+    /// The name of an effect whose component cannot be written as text, or not read back from it, and
+    /// the error.
+    pub fn of_body(
+        &self,
+        body: &EntityRef,
+    ) -> Result<Vec<OwnEffect>, (&'static str, OwnEffectError)> {
         let carried = self.0.iter().filter_map(|kind| {
             let text = (kind.read)(body)?;
             let effect = text.map(|text| OwnEffect { kind: *kind, text });
@@ -204,17 +224,13 @@ impl OwnEffects {
         carried.collect()
     }
 
-    /// The same for a body of an app. An effect that cannot be written is left out, and the log says
-    /// so.
+    /// The same for a body of an app. An effect whose text cannot be written or read back is left out,
+    /// and the log says so.
     pub(crate) fn of_entity(&self, body: &EntityRef) -> Vec<OwnEffect> {
         let carried = self.0.iter().filter_map(|kind| match (kind.read)(body)? {
             Ok(text) => Some(OwnEffect { kind: *kind, text }),
             Err(error) => {
-                log::error!(
-                    "{} of body {} cannot be written: {error}",
-                    kind.name,
-                    body.id()
-                );
+                log::error!("{} of body {} is not kept: {error}", kind.name, body.id());
                 None
             }
         });
@@ -241,8 +257,18 @@ impl OwnEffects {
     /// An effect from its parameters as text; `None` if there is none of this name.
     #[must_use]
     pub fn read(&self, name: &str, text: &str) -> Option<Result<OwnEffect, OwnEffectError>> {
+        self.read_with(name, text, Extensions::empty())
+    }
+
+    /// The same with the extensions of RON that the file enables.
+    pub(crate) fn read_with(
+        &self,
+        name: &str,
+        text: &str,
+        extensions: Extensions,
+    ) -> Option<Result<OwnEffect, OwnEffectError>> {
         let kind = *self.0.iter().find(|kind| kind.name == name)?;
-        let text = (kind.normalized)(text);
+        let text = (kind.normalized)(text, extensions);
         Some(text.map(|text| OwnEffect { kind, text }))
     }
 
@@ -256,14 +282,16 @@ impl OwnEffect {
     /// An effect with the parameters of a component.
     ///
     /// # Errors
-    /// Those of its `Serialize`.
+    /// If it cannot be written as text, or not read back from it.
     ///
     /// # Panics
     /// As [`OwnEffects::with`].
-    pub fn new<E: Effect + Serialize + DeserializeOwned>(effect: &E) -> Result<Self, ron::Error> {
+    pub fn new<E: Effect + Serialize + DeserializeOwned>(
+        effect: &E,
+    ) -> Result<Self, OwnEffectError> {
         Ok(Self {
             kind: OwnKind::of::<E>(),
-            text: to_text(effect)?,
+            text: to_readable_text(effect)?,
         })
     }
 
@@ -279,20 +307,10 @@ impl OwnEffect {
         &self.text
     }
 
-    /// Inserts the component. An app without the plugin of the effect is told in the log that the
-    /// component does nothing.
+    /// Inserts the component. An app without the plugin of the effect is told that the component does
+    /// nothing, with [`EffectUnfit`](super::EffectUnfit) and in the log.
     pub fn insert(&self, body: &mut EntityWorldMut) {
         (self.kind.insert)(body, &self.text);
-        let name = self.kind.name;
-        let is_new = body.world_scope(|world| {
-            let registry = world.get_resource_mut::<EffectRegistry>();
-            registry.is_some_and(|mut registry| {
-                registry.get(name).is_none() && registry.note_missing(name)
-            })
-        });
-        if is_new {
-            log::warn!("{name} does nothing: its plugin was not added; see `EffectPlugin`");
-        }
     }
 }
 
@@ -315,6 +333,18 @@ pub(crate) fn to_text(effect: &impl Serialize) -> Result<String, ron::Error> {
         .separator(" ")
         .compact_structs(true);
     options().to_string_pretty(effect, line)
+}
+
+/// The same, if it can be read back.
+fn to_readable_text<E: Serialize + DeserializeOwned>(effect: &E) -> Result<String, OwnEffectError> {
+    let text = to_text(effect).map_err(OwnEffectError::Write)?;
+    match from_text::<E>(&text) {
+        Ok(_) => Ok(text),
+        Err(error) => {
+            let message = error.to_string();
+            Err(OwnEffectError::ReadBack { text, message })
+        }
+    }
 }
 
 fn from_text<E: DeserializeOwned>(text: &str) -> Result<E, SpannedError> {

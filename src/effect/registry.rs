@@ -346,11 +346,6 @@ impl EffectRegistry {
         OwnEffects::of(self.effects.iter().filter_map(|effect| effect.own))
     }
 
-    /// Notes that the plugin of an effect is missing; whether that is new.
-    pub(super) fn note_missing(&mut self, name: &'static str) -> bool {
-        self.missing.insert(name)
-    }
-
     /// Number of systems in a substep of the built-in effects that some body carries.
     pub(crate) fn planned(&self) -> usize {
         let effects = self.effects.iter();
@@ -502,18 +497,31 @@ fn without_plugin<E: Effect>(body: Entity) -> EffectUnfit {
 /// A hook for the component of an effect of one's own, which says so ([`EffectUnfit`], and once in the log)
 /// where the component is added to an entity and the [`EffectPlugin`] of the effect is missing:
 /// `#[component(on_add = needs_plugin::<Breeze>)]`. Without it the component does nothing, in silence.
-pub fn needs_plugin<E: Effect>(mut world: DeferredWorld, added: HookContext) {
+pub fn needs_plugin<E: Effect>(world: DeferredWorld, added: HookContext) {
+    say_missing::<E>(world, added.entity);
+}
+
+/// Says that a component of a body does nothing if the plugin of its effect is missing and that was not
+/// said of the body yet.
+pub(super) fn say_missing<E: Effect>(mut world: DeferredWorld, body: Entity) {
     let Some(mut registry) = world.get_resource_mut::<EffectRegistry>() else {
         return;
     };
     if registry.get(E::NAME).is_some() {
         return;
     }
-    let unfit = without_plugin::<E>(added.entity);
-    if registry.missing.insert(E::NAME) {
+    let is_new = registry.missing.insert(E::NAME);
+    let unfit = without_plugin::<E>(body);
+    if is_new {
         log::warn!("{}", unfit.text);
     }
-    world.write_message(unfit);
+    if let Some(mut messages) = world.get_resource_mut::<Messages<EffectUnfit>>()
+        && !messages
+            .iter_current_update_messages()
+            .any(|it| *it == unfit)
+    {
+        messages.write(unfit);
+    }
 }
 
 /// Called when an entity that carries effects becomes a body, or gets another mesh.

@@ -8,7 +8,7 @@ use crate::{
     solver::{self, Effects},
     suggestion::similar_of,
 };
-use ron::value::RawValue;
+use ron::{de::Deserializer as Ron, extensions::Extensions, value::RawValue};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer,
     de::{self, DeserializeSeed, MapAccess, Visitor},
@@ -142,7 +142,7 @@ impl<'de> Visitor<'de> for OfBody {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<SceneEffects, A::Error> {
-        let known = known();
+        let (known, extensions) = known();
         let mut effects = SceneEffects::default();
         let mut before = Vec::new();
         while let Some(name) = map.next_key_seed(NameOf(&known))? {
@@ -151,7 +151,9 @@ impl<'de> Visitor<'de> for OfBody {
                 return Err(de::Error::custom(message));
             }
             if !effects.read_field(&name, &mut map)? {
-                effects.own.extend(own(&known, &name, map.next_value()?)?);
+                effects
+                    .own
+                    .extend(own(&known, extensions, &name, map.next_value()?)?);
             }
             before.push(name);
         }
@@ -194,17 +196,20 @@ impl Visitor<'_> for NameOf<'_> {
     }
 }
 
-/// Parses an effect of an app; nothing if the file says `None`.
+/// Parses an effect of an app; nothing if the file says `None` and that is no value of the effect, as of
+/// an `enum` with a variant of this name.
 fn own<E: de::Error>(
     known: &OwnEffects,
+    extensions: Extensions,
     name: &str,
     raw: &RawValue,
 ) -> Result<Option<OwnEffect>, E> {
     let text = raw.get_ron();
-    if text.trim() == "None" {
+    let effect = known.read_with(name, text, extensions).transpose();
+    if effect.is_err() && text.trim() == "None" {
         return Ok(None);
     }
-    known.read(name, text).transpose().map_err(|error| {
+    effect.map_err(|error| {
         let message = E::custom(&error);
         note_error(name, text, error);
         message
@@ -220,6 +225,8 @@ thread_local! {
 /// The text that is read.
 struct Reading {
     known: OwnEffects,
+    /// What the text enables.
+    extensions: Extensions,
     /// Address of the text.
     start: usize,
     error: Option<ErrorInEffect>,
@@ -233,11 +240,10 @@ struct ErrorInEffect {
     error: OwnEffectError,
 }
 
-fn known() -> OwnEffects {
-    READING.with_borrow(|reading| {
-        reading
-            .as_ref()
-            .map_or_else(OwnEffects::default, |it| it.known.clone())
+fn known() -> (OwnEffects, Extensions) {
+    READING.with_borrow(|reading| match reading {
+        Some(it) => (it.known.clone(), it.extensions),
+        None => (OwnEffects::default(), Extensions::empty()),
     })
 }
 
@@ -267,8 +273,11 @@ pub(super) type Place = (usize, usize, String);
 
 /// Parses a text in which bodies may have these effects of an app.
 pub(super) fn read<T: de::DeserializeOwned>(known: &OwnEffects, text: &str) -> Result<T, Place> {
+    let attributes = Ron::from_str_with_options(text, &options());
     let reading = Reading {
         known: known.clone(),
+        // An error in them is that of the whole text.
+        extensions: attributes.map_or(Extensions::empty(), |it| it.extensions()),
         start: text.as_ptr() as usize,
         error: None,
     };
@@ -302,9 +311,7 @@ impl ErrorInEffect {
                 column,
                 message,
             } => (line + inner, column, in_effect(message)),
-            error @ OwnEffectError::Write(_) => {
-                (line + 1, column + 1, in_effect(error.to_string()))
-            }
+            error => (line + 1, column + 1, in_effect(error.to_string())),
         }
     }
 }

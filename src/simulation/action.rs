@@ -39,6 +39,19 @@ pub struct NewBody {
 }
 
 /// An action of a user. `B` identifies the body: an entity, or a [`SpawnOrder`] in files.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::prelude::*;
+///
+/// /// Lets go of the first vertex of each body.
+/// fn let_go(bodies: Query<Entity, With<SoftBody>>, mut actions: ResMut<Actions>) {
+///     for body in &bodies {
+///         actions.push(Action::Unpin { body, vertex: VertexIndex(0) });
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(let_go);
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Action<B = Entity> {

@@ -69,11 +69,35 @@ fn needs_plugin(world: DeferredWorld, body: HookContext) {
 }
 
 /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope; default 1000.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::prelude::*;
+///
+/// let mut app = App::new();
+/// app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+/// let cloth = SoftBody::cloth(Vec2::ONE, UVec2::splat(10)).build();
+/// let cloth = app.world_mut().spawn((cloth, Stretch::default())).id();
+/// app.world_mut().entity_mut(cloth).insert(BodyDensity(Density::of(0.2))); // kg/m²
+/// ```
 #[derive(Component, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut, Reflect)]
 #[reflect(Component, Debug, Default, PartialEq)]
 pub struct BodyDensity(pub Density);
 
 /// Pinned vertices.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::prelude::*;
+///
+/// /// Holds every body at its first vertex, and nowhere else.
+/// fn hang(mut bodies: Query<&mut Pins>) {
+///     for mut pins in &mut bodies {
+///         pins.0 = vec![VertexIndex(0)];
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(hang);
+/// ```
 #[derive(Component, Debug, Clone, PartialEq, Eq, Default, Deref, DerefMut, Reflect)]
 #[reflect(Component, Debug, Default, PartialEq)]
 pub struct Pins(pub Vec<VertexIndex>);

@@ -26,6 +26,20 @@ pub struct Tick;
 pub struct SubstepTime;
 
 /// Controls when ticks happen. Changes take effect at the next tick.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::prelude::*;
+///
+/// /// The space bar pauses, and slow motion is an eighth of real time.
+/// fn control(keys: Res<ButtonInput<KeyCode>>, mut clock: ResMut<SimulationClock>) {
+///     if keys.just_pressed(KeyCode::Space) {
+///         clock.paused = !clock.paused;
+///     }
+///     clock.speed = if keys.pressed(KeyCode::ShiftLeft) { 0.125 } else { 1.0 };
+/// }
+/// # bevy::ecs::system::assert_is_system(control);
+/// ```
 #[derive(Resource, Debug, Clone)]
 pub struct SimulationClock {
     /// Whether the simulation is paused; default false.

@@ -25,6 +25,17 @@ pub const MAX_COORDINATE: f64 = 1e5;
 /// Invariant between substeps: u = c + hv is the displacement by inertia alone. The first stage
 /// adds gravity to u, constraints and contacts write u, and the third stage advances the position
 /// by it.
+///
+/// ```
+/// use glam::{DVec3, Vec3};
+/// use pliant_solver::Particles;
+///
+/// let mut particles = Particles::at_rest([Vec3::ZERO, Vec3::X].into_iter()); // m
+/// particles.set_position(1, DVec3::X * 2.0); // m
+/// particles.set_velocity(1, Vec3::Y); // m/s
+/// assert_eq!(particles.position(1), DVec3::X * 2.0);
+/// assert_eq!(particles.velocity(1), Vec3::Y);
+/// ```
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct Particles {

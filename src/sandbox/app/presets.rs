@@ -77,6 +77,14 @@ pub fn save(world: &mut World, scope: &Scope, name: &str) {
     let folder = world.get_resource::<PresetFolder>();
     let folder = folder.and_then(|folder| folder.0.clone());
     if let Some(folder) = folder {
+        if let Some(path) = unread(&folder, name, world.resource::<Presets>()) {
+            let text = format!(
+                "Preset is not saved: {} could not be read, and would be lost; choose another name",
+                path.display()
+            );
+            world.resource_mut::<Notices>().warn(text);
+            return;
+        }
         if let Err(error) = write(&folder, &preset) {
             let text = format!("cannot save the preset in {}: {error}", folder.display());
             report(world, &text);
@@ -137,6 +145,14 @@ fn file(folder: &Path, name: &str) -> PathBuf {
         }
     }
     folder.join(format!("{stem}.ron"))
+}
+
+/// The file of a name if it is there and no preset was read from it, as that of a program with other
+/// effects.
+fn unread(folder: &Path, name: &str, presets: &[Preset]) -> Option<PathBuf> {
+    let path = file(folder, name);
+    let is_read = presets.iter().any(|preset| preset.name == name);
+    (!is_read && path.exists()).then_some(path)
 }
 
 const DIMENSIONS: [(&str, Dimension); 4] = [
@@ -227,12 +243,22 @@ mod tests {
         write(&folder, &preset).expect("the temporary folder is writable");
         let broken = folder.join("broken.ron");
         fs::write(&broken, "(name: \"x\", body: \"gas\", effects: ())").expect("writable");
+        let of_another = file(&folder, "Breezy");
+        fs::write(
+            &of_another,
+            "(name: \"Breezy\", body: \"cloth\", effects: (breeze: ()))",
+        )
+        .expect("writable");
         let (presets, errors) = read_all(&folder, &OwnEffects::default());
+        let unread = |name| unread(&folder, name, &presets);
+        assert_eq!(unread("Breezy"), Some(of_another));
+        assert_eq!([unread("My \"cloth\" 1/2"), unread("New")], [None, None]);
         fs::remove_dir_all(&folder).expect("it was created");
         assert_eq!(presets, [preset]);
-        assert_eq!(errors.len(), 1, "{errors:?}");
+        assert_eq!(errors.len(), 2, "{errors:?}");
+        assert!(errors[0].contains("unknown effect `breeze`"), "{errors:?}");
         assert!(
-            errors[0].contains("must be solid, cloth, rope or grains"),
+            errors[1].contains("must be solid, cloth, rope or grains"),
             "{errors:?}"
         );
     }

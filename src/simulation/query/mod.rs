@@ -14,6 +14,21 @@ use bevy::{ecs::system::SystemParam, prelude::*};
 use hit::{Hit, meets_box, on_balls, on_segments, on_triangles};
 
 /// A point of the surface of a soft body, where a ray meets it or nearest to a place.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::{effect::ExternalForce, prelude::*};
+///
+/// /// Pushes what stands in the way of a ray along x, where the ray meets it.
+/// fn push(bodies: SoftBodyQueries, mut commands: Commands) {
+///     let ray = Ray3d::new(Vec3::ZERO, Dir3::X);
+///     if let Some(SoftBodyHit { body, point, .. }) = bodies.cast(ray, 0.0) {
+///         let force = ExternalForce { points: vec![(point, Vec3::X * 10.0)], ..default() }; // N
+///         commands.entity(body).insert(force);
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(push);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SoftBodyHit {

@@ -7,6 +7,19 @@ use std::sync::Arc;
 
 /// A mesh of triangles in the frame of a collider: a bowl, a staircase, a terrain. Copies share the
 /// triangles.
+///
+/// ```
+/// use glam::Vec3;
+/// use pliant_solver::{ColliderMesh, ColliderMeshError, ColliderShape};
+///
+/// // A floor of two triangles, 2 m × 2 m.
+/// let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| Vec3::new(x, 0.0, z));
+/// let floor = ColliderMesh::new(&corners, &[[0, 2, 1], [0, 3, 2]])?;
+/// assert_eq!(floor.open_edges(), 4);
+/// let shape = ColliderShape::Mesh(floor);
+/// # assert!(shape.check().is_ok());
+/// # Ok::<(), ColliderMeshError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Triangles", into = "Triangles")]
 pub struct ColliderMesh {

@@ -65,6 +65,13 @@ pub struct Ground {
 }
 
 /// Ground plane that particles stick to on contact.
+///
+/// ```
+/// use pliant_solver::{Height, StickyGround};
+///
+/// let tar = StickyGround { height: Height::of(-0.5) }; // m
+/// # assert_ne!(tar, StickyGround::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -6,6 +6,20 @@ use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Motion of a collider from its initial pose. Times are in seconds since the start of the scene.
+///
+/// ```
+/// use glam::Vec3;
+/// use pliant_solver::Path;
+///
+/// // Up and down by 20 cm, twice a second.
+/// let shaker = Path::Oscillate { travel: Vec3::Y * 0.2, period: 0.5 };
+/// // Down by 1 m within the second second, and back within the third.
+/// let press = Path::Stops {
+///     stops: vec![(1.0, Vec3::ZERO), (2.0, Vec3::NEG_Y), (3.0, Vec3::ZERO)],
+///     repeat: false,
+/// };
+/// # assert!(shaker.check().is_ok() && press.check().is_ok());
+/// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]

@@ -6,6 +6,18 @@ use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// A rotation, then a translation.
+///
+/// ```
+/// use glam::{DVec3, Vec3};
+/// use pliant_solver::Pose;
+///
+/// let pose = Pose {
+///     rotation: pliant_solver::contact::rotation_degrees(Vec3::Z * 90.0),
+///     translation: DVec3::Y, // m
+/// };
+/// assert!(pose.apply(DVec3::X).distance(DVec3::Y * 2.0) < 1e-15);
+/// assert!(pose.undo(DVec3::Y * 2.0).distance(DVec3::X) < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Rotation, orthonormal. A matrix, because the rounding of glam's quaternions depends on the

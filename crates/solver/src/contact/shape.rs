@@ -9,6 +9,15 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// A convex shape about the origin, or a mesh of triangles.
+///
+/// ```
+/// use glam::{DVec3, Vec3};
+/// use pliant_solver::ColliderShape;
+///
+/// let block = ColliderShape::Box { size: Vec3::new(2.0, 1.0, 1.0) }; // m
+/// assert_eq!(block.distance(DVec3::X * 1.25), 0.25);
+/// assert!(ColliderShape::Sphere { radius: -1.0 }.check().is_err());
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum ColliderShape {

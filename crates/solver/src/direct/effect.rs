@@ -6,6 +6,14 @@ use crate::reflection::*;
 use serde::{Deserialize, Serialize};
 
 /// Solves the body directly instead of by Gauss–Seidel.
+///
+/// ```
+/// use pliant_solver::{Direct, Tolerance};
+///
+/// // Directly where Gauss–Seidel would leave more than 1 % of the displacement.
+/// let auto = Direct { tolerance: Tolerance::of(0.01), ..Direct::default() };
+/// # assert_ne!(auto, Direct::default());
+/// ```
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -32,6 +32,18 @@ use std::f32::consts::{PI, TAU};
 /// The angle is computed with `atan2`, so that its sign tells the side of the fold; the gradient is
 /// that of Bridson, Marino and Fedkiw (2003). The difference to the rest angle is wrapped to the
 /// shorter way around: it does not jump when a fold passes ±π, only when it is π away from rest.
+///
+/// ```
+/// use pliant_solver::{Bend, FlexuralRigidity};
+///
+/// // A sheet of rubber 1 mm thick: E = 1 MPa, ν = 0.5.
+/// let (e, nu, t) = (1e6_f32, 0.5, 1e-3_f32);
+/// let rubber = Bend {
+///     stiffness: FlexuralRigidity::of(e * t.powi(3) / (12.0 * (1.0 - nu * nu))), // N·m
+///     ..Bend::default()
+/// };
+/// # assert_ne!(rubber, Bend::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -26,6 +26,17 @@ use serde::{Deserialize, Serialize};
 /// compliance is (A₀ + A₁)/B, so that both effects have the same stiffness there. It is softer in a
 /// sharp fold, where C is 2e sin(θ/2), and does not distinguish the two sides of a fold: a surface
 /// that is not flat at rest may snap through.
+///
+/// ```
+/// use pliant_solver::{FlexuralRigidity, IsometricBend, Stretch};
+///
+/// // A cloth that does not stretch and hardly resists folds.
+/// let cloth = (
+///     Stretch::default(),
+///     IsometricBend { stiffness: FlexuralRigidity::of(1e-5), ..IsometricBend::default() }, // N·m
+/// );
+/// # assert_ne!(cloth.1, IsometricBend::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

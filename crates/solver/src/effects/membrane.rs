@@ -31,6 +31,19 @@ use serde::{Deserialize, Serialize};
 ///
 /// FᵀF is compared with its rest value as the kernel computes it, so that a body in its rest shape
 /// does not move at all.
+///
+/// ```
+/// use pliant_solver::{Membrane, PoissonRatio, Thickness, YoungsModulus};
+///
+/// // A balloon of latex, 0.2 mm thick.
+/// let latex = Membrane {
+///     youngs_modulus: YoungsModulus::of(2e6), // Pa
+///     poisson_ratio: PoissonRatio::of(0.45),
+///     thickness: Thickness::of(2e-4), // m
+///     ..Membrane::default()
+/// };
+/// # assert_ne!(latex, Membrane::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -42,6 +42,18 @@ use std::{f32::consts::PI, sync::Arc};
 /// Compliances per rest length or rest volume use the flowed values. Energy only decreases: flow is
 /// towards lower stored energy. Rigid constraints have no strain except the residual of the
 /// iterations.
+///
+/// ```
+/// use pliant_solver::{Creep, Plasticity, Yield};
+///
+/// // Clay: strain beyond 2 % remains, at once.
+/// let clay = Plasticity {
+///     stretch_yield: Yield::of(0.02),
+///     creep: Creep::of(f32::INFINITY), // 1/s
+///     ..Plasticity::default()
+/// };
+/// # assert_ne!(clay, Plasticity::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

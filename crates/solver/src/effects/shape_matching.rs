@@ -44,6 +44,18 @@ use std::{borrow::Cow, f64::consts::TAU};
 /// R is found by Horn's quaternions in `f64`, from scratch every time: it exists and is
 /// deterministic also for a shape that is flat, mirrored or shrunk to a line or a point. Pins are
 /// weighted a million times as heavily as the rest of their region, so that the goals follow them.
+///
+/// ```
+/// use pliant_solver::{Frequency, RegionSize, ShapeMatching};
+///
+/// // A pudding that wobbles with 4 Hz, in regions of 10 cm.
+/// let pudding = ShapeMatching {
+///     frequency: Frequency::of(4.0),  // Hz
+///     region: RegionSize::of(0.1), // m
+///     ..ShapeMatching::default()
+/// };
+/// # assert_ne!(pudding, ShapeMatching::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

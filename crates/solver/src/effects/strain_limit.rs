@@ -21,6 +21,14 @@ use serde::{Deserialize, Serialize};
 /// Shorter edges are bitwise unaffected; a longer edge is projected to its limit as a rigid one to
 /// its length. λ/h² is the tension of the edge in N (negative). One iteration leaves the same
 /// residual as for rigid edges: more substeps or iterations enforce the limit better.
+///
+/// ```
+/// use pliant_solver::{Strain, StrainLimit};
+///
+/// // Soft up to 5 % of strain, and never longer.
+/// let knitwear = StrainLimit { limit: Strain::of(0.05) };
+/// # assert_ne!(knitwear, StrainLimit::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -16,6 +16,13 @@ use serde::{Deserialize, Serialize};
 /// [`Stretch`](crate::Stretch) on edges.
 ///
 /// They support a hollow body from inside: a dent is pushed back from the opposite side.
+///
+/// ```
+/// use pliant_solver::{Compliance, Struts};
+///
+/// let hollow = Struts { compliance: Compliance::of(1e-2), ..Struts::default() }; // m/N
+/// # assert_ne!(hollow, Struts::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

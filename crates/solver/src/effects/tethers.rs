@@ -26,6 +26,14 @@ use std::{cmp::Reverse, collections::BinaryHeap};
 /// The path along edges is never shorter than the one through the cloth, so that no particle is
 /// pulled closer than at rest. Across a grid of triangles it is up to a twelfth longer, which makes
 /// the tether looser by the same amount.
+///
+/// ```
+/// use pliant_solver::{Slack, Tethers};
+///
+/// // A flag no point of which is more than 2 % farther from its pole than at rest.
+/// let flag = Tethers { slack: Slack::of(0.02) };
+/// # assert_ne!(flag, Tethers::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

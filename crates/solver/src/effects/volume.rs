@@ -25,6 +25,14 @@ use serde::{Deserialize, Serialize};
 /// in some texts, the same number would mean a material 36 times as soft.) The sign of V matters: a
 /// mirrored element has V = −V₀ and is driven through the flat state back to V₀, which its absolute
 /// value would not do.
+///
+/// ```
+/// use pliant_solver::{Stiffness, Volume};
+///
+/// // Foam, which can be compressed.
+/// let foam = Volume { bulk_modulus: Stiffness::of(1e4), ..Volume::default() }; // Pa
+/// # assert_ne!(foam, Volume::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

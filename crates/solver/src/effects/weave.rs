@@ -25,6 +25,19 @@ use serde::{Deserialize, Serialize};
 /// that of the cloth over its area A. λ/h² is an energy in N·m.
 ///
 /// Under tension at 45° to its threads, a cloth has a quarter of the sum of all three compliances.
+///
+/// ```
+/// use pliant_solver::{MembraneCompliance, Weave};
+///
+/// // Denim: stiff along its threads, soft at 45° to them.
+/// let denim = Weave {
+///     warp: MembraneCompliance::of(1e-4), // m/N
+///     weft: MembraneCompliance::of(2e-4), // m/N
+///     bias: MembraneCompliance::of(1e-2), // m/N
+///     ..Weave::default()
+/// };
+/// # assert_ne!(denim, Weave::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

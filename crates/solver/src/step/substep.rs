@@ -9,6 +9,20 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Settings that all bodies of a world share.
+///
+/// ```
+/// use glam::Vec3;
+/// use pliant_solver::{Settings, Substeps, World};
+///
+/// // On the moon, at a high accuracy.
+/// let settings = Settings {
+///     gravity: Vec3::NEG_Y * 1.62, // m/s²
+///     substeps: Substeps::of(40),
+///     ..Settings::default()
+/// };
+/// let world = World { settings, ..World::default() };
+/// # assert_ne!(world.settings, Settings::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, try_from = "Unchecked")]
 pub struct Settings {

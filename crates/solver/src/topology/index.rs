@@ -44,6 +44,21 @@ macro_rules! index {
 
 index!(
     /// A vertex of the source mesh of a body, in file numbering, from 0.
+    ///
+    /// ```
+    /// use glam::Vec3;
+    /// use pliant_solver::{RestShape, Topology, TopologyError, VertexIndex};
+    ///
+    /// let rope = RestShape {
+    ///     vertices: vec![Vec3::ZERO, Vec3::X, Vec3::X * 2.0],
+    ///     edges: vec![[0, 1], [1, 2]],
+    ///     ..RestShape::default()
+    /// };
+    /// let topology = Topology::new(rope)?;
+    /// let particle = topology.numbering.particle(VertexIndex(2));
+    /// assert_eq!(topology.numbering.vertex(particle), VertexIndex(2));
+    /// # Ok::<(), TopologyError>(())
+    /// ```
     VertexIndex
 );
 index!(

@@ -62,11 +62,35 @@ macro_rules! contact {
 
 contact!(
     /// Contact with other bodies that carry this effect.
+    ///
+    /// ```
+    /// use pliant_solver::{Contact, ContactThickness, Friction};
+    ///
+    /// // Rubber: two such bodies grip each other, at a distance of 2 mm.
+    /// let rubber = Contact {
+    ///     thickness: ContactThickness::of(2e-3), // m
+    ///     friction: Friction::of(1.0),
+    ///     ..Contact::default()
+    /// };
+    /// # assert_ne!(rubber, Contact::default());
+    /// ```
     Contact
 );
 
 contact!(
     /// Contact of the body with itself.
+    ///
+    /// ```
+    /// use pliant_solver::{ContactThickness, Friction, SelfContact};
+    ///
+    /// // Folds of a cloth of 1 mm, which slide on each other.
+    /// let silk = SelfContact {
+    ///     thickness: ContactThickness::of(1e-3), // m
+    ///     friction: Friction::of(0.2),
+    ///     ..SelfContact::default()
+    /// };
+    /// # assert_ne!(silk, SelfContact::default());
+    /// ```
     SelfContact
 );
 

@@ -11,6 +11,14 @@ use serde::{Deserialize, Serialize};
 ///
 /// Implicit in the velocity at the end of the substep, v/(1 + (c + k‖v‖)h), so that drag never
 /// reverses motion.
+///
+/// ```
+/// use pliant_solver::{Coefficient, Drag};
+///
+/// // Falls no faster than 2 m/s: g = k v².
+/// let air = Drag { linear: Coefficient::of(0.0), quadratic: Coefficient::of(9.81 / 4.0) }; // 1/s, 1/m
+/// # assert_ne!(air, Drag::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

@@ -18,6 +18,19 @@ use serde::{Deserialize, Serialize};
 ///
 /// as for the plates of Ling, Damodaran and Gay (*Aerodynamic Force Models for Animating Cloth
 /// Motion in Air Flow*, 1996): C_D across the flow, and lift for oblique plates.
+///
+/// ```
+/// use pliant_solver::{Coefficient, Finite, Wind};
+///
+/// // A breeze along z with gusts of half its speed.
+/// let breeze = Wind {
+///     x: Finite::of(0.0),
+///     z: Finite::of(4.0), // m/s
+///     turbulence: Coefficient::of(2.0), // m/s
+///     ..Wind::default()
+/// };
+/// # assert_ne!(breeze, Wind::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
