@@ -28,7 +28,7 @@ pub(crate) struct Matrix {
 impl Matrix {
     /// Allocates the blocks of a plan, all zero.
     pub fn reset(&mut self, plan: &Plan) {
-        let count = plan.place.len();
+        let count = plan.size();
         self.diagonal.clear();
         self.diagonal.resize(count, Block::default());
         self.lower.clear();
@@ -48,9 +48,9 @@ impl Matrix {
         self.definite
     }
 
-    /// Solves in place for the right-hand side `x`.
+    /// Solves in place for the right-hand side `x`; what it has for pinned particles stays.
     pub fn solve(&self, plan: &Plan, x: &mut [DVec3]) {
-        for column in 0..x.len() {
+        for column in 0..self.diagonal.len() {
             let i = &self.diagonal[column];
             let b = x[column];
             let v = DVec3::new(
@@ -68,7 +68,7 @@ impl Matrix {
                 );
             }
         }
-        for column in (0..x.len()).rev() {
+        for column in (0..self.diagonal.len()).rev() {
             let i = &self.diagonal[column];
             let mut b = x[column];
             let blocks = plan.column(column);
@@ -153,13 +153,41 @@ fn factor_column(matrix: &mut Matrix, plan: &Plan, column: usize) {
     let (done, rest) = matrix.lower.split_at_mut(range.start);
     let mine = &mut rest[..range.len()];
     let mut diagonal = matrix.diagonal[column];
-    for &(before, block) in plan.row(column) {
-        let m = done[block as usize];
-        take_product(&mut diagonal, &m, &m);
-        let tail = block as usize + 1..plan.column(before as usize).end;
-        for (row, s) in plan.rows[tail.clone()].iter().zip(&done[tail]) {
-            let target = &mut mine[matrix.places[*row as usize] as usize];
-            take_product(target, s, &m);
+    for run in plan.row(column) {
+        let (first, below) = (run.column as usize, run.below as usize);
+        let columns = first..first + run.count as usize;
+        for before in columns.clone() {
+            let m = &done[plan.column(before).end - 1 - below];
+            take_product(&mut diagonal, m, m);
+        }
+        let end = plan.column(first).end;
+        let mut rows = plan.rows[end - below..end].chunks_exact(2);
+        let mut left = below;
+        for pair in &mut rows {
+            let at = [
+                matrix.places[pair[0] as usize] as usize,
+                matrix.places[pair[1] as usize] as usize,
+            ];
+            let mut both = [mine[at[0]], mine[at[1]]];
+            for before in columns.clone() {
+                let tail = &done[..plan.column(before).end];
+                let m = &tail[tail.len() - 1 - below];
+                let s = &tail[tail.len() - left..][..2];
+                take_product(&mut both[0], &s[0], m);
+                take_product(&mut both[1], &s[1], m);
+            }
+            [mine[at[0]], mine[at[1]]] = both;
+            left -= 2;
+        }
+        for row in rows.remainder() {
+            let at = matrix.places[*row as usize] as usize;
+            let mut target = mine[at];
+            for before in columns.clone() {
+                let tail = &done[..plan.column(before).end];
+                let m = &tail[tail.len() - 1 - below];
+                take_product(&mut target, &tail[tail.len() - 1], m);
+            }
+            mine[at] = target;
         }
     }
     let (inverse, definite) = inverse_factor(&diagonal);
