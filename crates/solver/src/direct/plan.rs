@@ -23,7 +23,7 @@ pub(crate) struct Plan {
 /// Blocks of a row in successive columns that have the same rows below it: together, they update those
 /// rows of the row's own column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Run {
+pub(crate) struct Run {
     /// First column, and the number of columns.
     pub column: u32,
     pub count: u32,
