@@ -3,7 +3,7 @@
 use super::{
     column::{Column, Columns, Kept},
     elements::{ElementWork, for_each},
-    matrix::{Block, Matrix, add_outer, add_unit, add_unit_and_cross},
+    matrix::{Block, Matrix, add_outer, add_outer_and_unit, add_unit, add_unit_and_cross},
     plan::Plan,
 };
 use crate::{
@@ -94,7 +94,7 @@ pub(super) struct Assemble<'a> {
 impl Visit for Assemble<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         let places = self.places;
-        for_each(self, effect, (places.topology, places.instructions));
+        for_each(self, effect, places);
     }
 }
 
@@ -133,7 +133,7 @@ impl ElementWork for Assemble<'_> {
         for equation in 0..M {
             let (number, row) = (index * M + equation, &rows[equation]);
             let weight = weight(row, &points);
-            let alpha = row.compliance / (h * h);
+            let alpha = row.compliance * (1.0 / (h * h));
             let used = match curvature {
                 Some(_) => alpha,
                 None => alpha.max(FLOOR * weight.max(row.least)),
@@ -146,8 +146,9 @@ impl ElementWork for Assemble<'_> {
             self.far |= judged && row.error.abs() > FAR * row.scale.abs();
             let lambda = column.lambdas[number];
             let (moved, lost) = places.damped(corners, row, gamma);
-            let residual = (row.error + alpha * lambda + moved) / used;
-            let stiffness = (1.0 + gamma) / used;
+            let inverse = 1.0 / used;
+            let residual = (row.error + alpha * lambda + moved) * inverse;
+            let stiffness = (1.0 + gamma) * inverse;
             column.rows[number] = Kept {
                 residual,
                 stiffness,
@@ -204,7 +205,7 @@ impl Assemble<'_> {
                 for equation in added.iter().flatten() {
                     let g = equation.gradients[i];
                     right += g * equation.force;
-                    add_equation(diagonal, (g, g), (equation.along, equation.taut));
+                    add_equation::<N>(diagonal, (g, g), (equation.along, equation.taut));
                 }
                 self.right[at[i]] = right;
             }
@@ -225,7 +226,7 @@ impl Assemble<'_> {
                 }
                 for equation in added.iter().flatten() {
                     let both = (equation.gradients[high], equation.gradients[low]);
-                    add_equation(block, both, (equation.along, -equation.taut));
+                    add_equation::<N>(block, both, (equation.along, -equation.taut));
                 }
             }
         }
@@ -254,7 +255,8 @@ fn taut<const N: usize>(
         return 0.0;
     }
     let (tension, length) = &mut column.tensions[index];
-    *length = points[0].x.distance(points[1].x);
+    // In this order it is the length in the equation, and its root is not taken twice.
+    *length = points[1].x.distance(points[0].x);
     if *length > 0.0 {
         (*tension / *length).clamp(0.0, stiffness)
     } else {
@@ -262,13 +264,17 @@ fn taut<const N: usize>(
     }
 }
 
-/// block += along g hᵀ + taut · 1.
+/// block += along g hᵀ + taut · 1; taut is 0 unless N is 2.
 #[inline(always)]
-fn add_equation(block: &mut Block, (g, h): (DVec3, DVec3), (along, taut): (f64, f64)) {
-    if along != 0.0 {
-        add_outer(block, [g.x, g.y, g.z, 0.0], (h * along).to_array());
-    }
-    if taut != 0.0 {
-        add_unit(block, taut);
+fn add_equation<const N: usize>(
+    block: &mut Block,
+    (g, h): (DVec3, DVec3),
+    (along, taut): (f64, f64),
+) {
+    let (g, h) = ([g.x, g.y, g.z, 0.0], (h * along).to_array());
+    if N == 2 {
+        add_outer_and_unit(block, (g, h), taut);
+    } else if along != 0.0 {
+        add_outer(block, g, h);
     }
 }

@@ -1,9 +1,10 @@
 //! Work on every element of an effect, compiled for each instruction set.
 
+use super::assemble::Positions;
 use crate::{
-    Topology,
+    ElasticKind,
     elastic::Elastic,
-    lanes::{Instructions, Lanes, SimdWork},
+    lanes::{Lanes, SimdWork},
     order,
 };
 
@@ -19,29 +20,36 @@ pub(super) trait ElementWork {
     );
 }
 
-/// Performs work on all elements of an effect that is solved directly.
+/// Performs work on all elements of an effect that is solved directly, but those whose particles are all
+/// pinned: nothing can be said of them except the stress of neo-Hookean tetrahedra.
 pub(super) fn for_each<const N: usize, const M: usize, E: Elastic<N, M>>(
     work: &mut impl ElementWork,
     effect: &E,
-    (topology, instructions): (&Topology, Instructions),
+    places: Positions,
 ) {
     if E::KIND.is_solved_directly() {
-        instructions.run(OfEffect(work, effect, topology));
+        places.instructions.run(OfEffect(work, effect, places));
     }
 }
 
 /// The elements of one effect.
-struct OfEffect<'a, W, E, const N: usize, const M: usize>(&'a mut W, &'a E, &'a Topology);
+struct OfEffect<'a, W, E, const N: usize, const M: usize>(&'a mut W, &'a E, Positions<'a>);
 
 impl<const N: usize, const M: usize, W: ElementWork, E: Elastic<N, M>> SimdWork
     for OfEffect<'_, W, E, N, M>
 {
     #[inline(always)]
     fn run<L: Lanes>(self, _: L) {
-        let Self(work, effect, topology) = self;
-        let elements: &order::Elements<N> = E::elements(topology);
+        let Self(work, effect, places) = self;
+        let elements: &order::Elements<N> = E::elements(places.topology);
         for (index, corners) in elements.corners().enumerate() {
-            work.element(effect, index, corners);
+            let mut is_free = matches!(E::KIND, ElasticKind::NeoHookean);
+            for corner in corners {
+                is_free |= places.w[corner as usize] > 0.0;
+            }
+            if is_free {
+                work.element(effect, index, corners);
+            }
         }
     }
 }

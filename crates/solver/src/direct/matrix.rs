@@ -4,8 +4,9 @@
 //! fourth entry is 0. The plan fixes the order of operations, so that every machine computes the
 //! same bits.
 
-use super::plan::Plan;
+use super::plan::{Plan, Run};
 use crate::lanes::{Instructions, Lanes, SimdWork};
+use fearless_simd::{f64x4, prelude::*};
 use glam::DVec3;
 
 /// Three columns of a block, each padded to four entries.
@@ -28,7 +29,7 @@ pub(crate) struct Matrix {
 impl Matrix {
     /// Allocates the blocks of a plan, all zero.
     pub fn reset(&mut self, plan: &Plan) {
-        let count = plan.place.len();
+        let count = plan.size();
         self.diagonal.clear();
         self.diagonal.resize(count, Block::default());
         self.lower.clear();
@@ -48,9 +49,9 @@ impl Matrix {
         self.definite
     }
 
-    /// Solves in place for the right-hand side `x`.
+    /// Solves in place for the right-hand side `x`; what it has for pinned particles stays.
     pub fn solve(&self, plan: &Plan, x: &mut [DVec3]) {
-        for column in 0..x.len() {
+        for column in 0..self.diagonal.len() {
             let i = &self.diagonal[column];
             let b = x[column];
             let v = DVec3::new(
@@ -68,7 +69,7 @@ impl Matrix {
                 );
             }
         }
-        for column in (0..x.len()).rev() {
+        for column in (0..self.diagonal.len()).rev() {
             let i = &self.diagonal[column];
             let mut b = x[column];
             let blocks = plan.column(column);
@@ -106,6 +107,18 @@ pub(crate) fn add_outer(block: &mut Block, g: [f64; 4], h: [f64; 3]) {
     }
 }
 
+/// block += g hᵀ + s · 1, with `g` padded by 0. In one pass, as partial writes of a column would delay its next
+/// read.
+#[inline(always)]
+pub(crate) fn add_outer_and_unit(block: &mut Block, (g, h): ([f64; 4], [f64; 3]), s: f64) {
+    let unit = [[s, 0.0, 0.0, 0.0], [0.0, s, 0.0, 0.0], [0.0, 0.0, s, 0.0]];
+    for c in 0..3 {
+        for r in 0..4 {
+            block[c][r] += g[r] * h[c] + unit[c][r];
+        }
+    }
+}
+
 /// block += s · 1.
 #[inline(always)]
 pub(crate) fn add_unit(block: &mut Block, s: f64) {
@@ -135,31 +148,44 @@ struct Factor<'a>(&'a mut Matrix, &'a Plan);
 
 impl SimdWork for Factor<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(self, _: L) {
+    fn run<L: Lanes>(self, simd: L) {
         let Self(matrix, plan) = self;
         for column in 0..matrix.diagonal.len() {
-            factor_column(matrix, plan, column);
+            factor_column(simd, matrix, plan, column);
         }
     }
 }
 
 /// Left-looking: subtracts the contributions of earlier columns and divides by the root.
 #[inline(always)]
-fn factor_column(matrix: &mut Matrix, plan: &Plan, column: usize) {
+fn factor_column<L: Lanes>(simd: L, matrix: &mut Matrix, plan: &Plan, column: usize) {
     let range = plan.column(column);
     for (at, row) in (0..).zip(&plan.rows[range.clone()]) {
         matrix.places[*row as usize] = at;
     }
     let (done, rest) = matrix.lower.split_at_mut(range.start);
-    let mine = &mut rest[..range.len()];
+    let (done, mine) = (&*done, &mut rest[..range.len()]);
     let mut diagonal = matrix.diagonal[column];
-    for &(before, block) in plan.row(column) {
-        let m = done[block as usize];
-        take_product(&mut diagonal, &m, &m);
-        let tail = block as usize + 1..plan.column(before as usize).end;
-        for (row, s) in plan.rows[tail.clone()].iter().zip(&done[tail]) {
-            let target = &mut mine[matrix.places[*row as usize] as usize];
-            take_product(target, s, &m);
+    for run in plan.row(column) {
+        let below = run.below as usize;
+        let end = plan.column(run.column as usize).end;
+        let rows = &plan.rows[end - below..end];
+        let at = |row: u32| matrix.places[row as usize] as usize;
+        // The first of an odd number of rows goes with the diagonal, and the others come in pairs.
+        let (first, pairs) = rows.split_at(below % 2);
+        let given = (plan, done, run, below + 1);
+        match *first {
+            [a] => {
+                let a = at(a);
+                [diagonal, mine[a]] = take_products(simd, [diagonal, mine[a]], given);
+            }
+            _ => [diagonal] = take_products(simd, [diagonal], given),
+        }
+        let mut left = pairs.len();
+        for pair in pairs.chunks_exact(2) {
+            let (a, b) = (at(pair[0]), at(pair[1]));
+            [mine[a], mine[b]] = take_products(simd, [mine[a], mine[b]], (plan, done, run, left));
+            left -= 2;
         }
     }
     let (inverse, definite) = inverse_factor(&diagonal);
@@ -176,14 +202,44 @@ fn factor_column(matrix: &mut Matrix, plan: &Plan, column: usize) {
     }
 }
 
-/// t −= s mᵀ.
+/// t − Σ s mᵀ over the columns of a run, for its block m and N successive blocks s, the first of which is
+/// number `left` from the end of its column. The targets stay in registers, and two of them share what is
+/// loaded of m.
 #[inline(always)]
-fn take_product(t: &mut Block, s: &Block, m: &Block) {
-    for c in 0..3 {
-        for r in 0..4 {
-            t[c][r] -= s[0][r] * m[0][c] + s[1][r] * m[1][c] + s[2][r] * m[2][c];
+fn take_products<L: Lanes, const N: usize>(
+    simd: L,
+    mut targets: [Block; N],
+    (plan, done, run, left): (&Plan, &[Block], &Run, usize),
+) -> [Block; N] {
+    let mut t = [[f64x4::splat(simd, 0.0); 3]; N];
+    for (t, target) in t.iter_mut().zip(&targets) {
+        for c in 0..3 {
+            t[c] = f64x4::simd_from(simd, target[c]);
         }
     }
+    for column in run.column..run.column + run.count {
+        let end = plan.column(column as usize).end;
+        let m = &done[end - 1 - run.below as usize];
+        let all = &done[end - left..][..N];
+        for k in 0..3 {
+            let mut column = [f64x4::splat(simd, 0.0); N];
+            for (column, s) in column.iter_mut().zip(all) {
+                *column = f64x4::simd_from(simd, s[k]);
+            }
+            for c in 0..3 {
+                let factor = f64x4::splat(simd, m[k][c]);
+                for (t, column) in t.iter_mut().zip(column) {
+                    t[c] -= column * factor;
+                }
+            }
+        }
+    }
+    for (t, target) in t.into_iter().zip(&mut targets) {
+        for c in 0..3 {
+            target[c] = t[c].into();
+        }
+    }
+    targets
 }
 
 /// Inverse of the lower Cholesky factor of a block, and whether it exists. A pivot lost to rounding

@@ -28,7 +28,7 @@ pub(super) struct ForeseenMerit<'a> {
 impl Visit for ForeseenMerit<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         let places = self.places;
-        for_each(self, effect, (places.topology, places.instructions));
+        for_each(self, effect, places);
     }
 }
 
@@ -96,7 +96,7 @@ pub(super) struct Merit<'a> {
 impl Visit for Merit<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         let places = self.places;
-        for_each(self, effect, (places.topology, places.instructions));
+        for_each(self, effect, places);
     }
 }
 

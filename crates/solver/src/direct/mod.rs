@@ -48,6 +48,7 @@ pub(crate) mod effect;
 mod elements;
 pub(super) mod matrix;
 mod merit;
+mod ordering;
 pub(super) mod plan;
 mod tension;
 
@@ -87,7 +88,8 @@ pub struct DirectWorkspace(Option<Box<Workspace>>);
 
 #[derive(Debug, Clone, Default)]
 struct Workspace {
-    /// Effects, whether neo-Hookean tetrahedra are rigid, and topology for which `plan` was made.
+    /// Effects, whether neo-Hookean tetrahedra are rigid, and topology for which `plan` was made, as it was
+    /// for the pins.
     planned: Option<(u32, bool, TopologyId)>,
     plan: Option<Plan>,
     columns: Columns,
@@ -249,11 +251,13 @@ impl ElasticKind {
     }
 }
 
-/// Multiplications that a factorization of a body with these effects needs; `None` if they exceed
+/// Multiplications that a factorization of a body with these effects needs without pins; `None` if they exceed
 /// [`MAX_WORK`], in which case the body is solved by Gauss–Seidel.
 #[must_use]
 pub fn work(topology: &Topology, effects: &Effects) -> Option<u64> {
-    plan(topology, effects).ok().map(|plan| plan.work)
+    let free = vec![true; topology.particles()];
+    let plan = plan(topology, effects, &free, MAX_WORK);
+    plan.ok().map(|plan| plan.work)
 }
 
 /// A bit for each elastic effect that is solved directly.
@@ -263,13 +267,18 @@ fn kinds_of(effects: &Effects) -> u32 {
     kinds.fold(0, |all, kind| all | 1 << kind as u32)
 }
 
-fn plan(topology: &Topology, effects: &Effects) -> Result<Plan, TooLarge> {
+fn plan(
+    topology: &Topology,
+    effects: &Effects,
+    is_free: &[bool],
+    max_work: u64,
+) -> Result<Plan, TooLarge> {
     let mut links = Links {
         topology,
         found: Vec::new(),
     };
     effects.visit(&mut links);
-    Plan::new(topology.particles(), links.found.into_iter(), MAX_WORK)
+    Plan::new(is_free, links.found.into_iter(), max_work)
 }
 
 impl DirectWorkspace {
@@ -332,7 +341,7 @@ impl Workspace {
     fn solve(&mut self, mut given: Iteration) {
         let first = given.iteration.0 == 0;
         if first {
-            self.prepare(given.topology, given.effects);
+            self.prepare(&given);
             self.status = Status::Solved;
         }
         let solved = self.plan.is_some() && {
@@ -355,17 +364,27 @@ impl Workspace {
         self.left.extend_from_slice(given.part.displacements);
     }
 
-    /// Makes a plan if there is none for these effects.
-    fn prepare(&mut self, topology: &Topology, effects: &Effects) {
+    /// Makes a plan if there is none for these effects and pins.
+    fn prepare(&mut self, given: &Iteration) {
+        let (topology, effects) = (given.topology, given.effects);
         let kinds = kinds_of(effects);
         let is_rigid = effects.neo_hookean.is_some_and(|it| it.is_rigid());
         let wanted = Some((kinds, is_rigid, topology.id()));
-        if self.planned == wanted {
+        let is_free = given.part.positions.iter().map(|x| x.w > 0.0);
+        let is_known = self.planned == wanted;
+        let same_pins = |plan: &Plan| plan.free().eq(is_free.clone());
+        if is_known && self.plan.as_ref().is_none_or(same_pins) {
             return;
         }
+        // The limit applies to the body without pins, so that they do not decide how it is solved.
+        let fits = !is_rigid && (is_known || work(topology, effects).is_some());
+        let is_free: Vec<bool> = is_free.collect();
         *self = Self {
             planned: wanted,
-            plan: plan(topology, effects).ok().filter(|_| !is_rigid),
+            plan: match fits {
+                true => plan(topology, effects, &is_free, u64::MAX).ok(),
+                false => None,
+            },
             chosen: self.chosen,
             known_work: self.known_work,
             ..Self::default()
@@ -490,10 +509,12 @@ impl Workspace {
             loop {
                 matrix.reset(plan);
                 for (i, &w) in w.iter().enumerate() {
-                    let place = plan.place[i] as usize;
-                    let mass = if w > 0.0 { 1.0 / w } else { 1.0 };
-                    add_unit(&mut matrix.diagonal[place], mass);
-                    right[place] = (predicted[i] - x[i]) * mass;
+                    if w > 0.0 {
+                        let place = plan.place[i] as usize;
+                        let mass = 1.0 / w;
+                        add_unit(&mut matrix.diagonal[place], mass);
+                        right[place] = (predicted[i] - x[i]) * mass;
+                    }
                 }
                 let places = Positions {
                     topology,

@@ -1,11 +1,12 @@
 //! The state-independent part: elimination order and pattern of the factor.
 
-use std::{collections::BTreeSet, ops::Range};
+use super::ordering::{Elimination, eliminate};
+use std::ops::Range;
 
 /// Elimination order and pattern of a factor of 3 × 3 blocks.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Plan {
-    /// Position of each particle in the order.
+    /// Position of each particle in the order; pinned ones come last, and are not part of the system.
     pub place: Vec<u32>,
     /// Start of the blocks of each column, and the end of the last.
     columns: Vec<u32>,
@@ -13,82 +14,124 @@ pub(crate) struct Plan {
     pub rows: Vec<u32>,
     /// Start of the list of each row in `left`.
     starts: Vec<u32>,
-    /// For each row, the blocks left of the diagonal as column and place.
-    left: Vec<(u32, u32)>,
+    /// For each row, the runs of blocks left of the diagonal.
+    left: Vec<Run>,
     /// Number of multiplications of a factorization.
     pub work: u64,
+}
+
+/// Blocks of a row in successive columns that have the same rows below it: together, they update those
+/// rows of the row's own column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Run {
+    /// First column, and the number of columns.
+    pub column: u32,
+    pub count: u32,
+    /// Number of blocks below it in each of them.
+    pub below: u32,
 }
 
 /// Error: a factorization would exceed the limit of multiplications.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooLarge;
 
+/// Multiplications for a column of so many blocks below the diagonal.
+pub(super) const fn work_of(blocks: usize) -> u64 {
+    let count = blocks as u64;
+    27 * (count * (count + 1) / 2 + count)
+}
+
 impl Plan {
-    /// By minimum degree, with ties by number. `links` are the pairs of particles that share an
+    /// `is_free` tells which particles are not pinned; `links` are the pairs of particles that share an
     /// element.
     pub fn new(
-        particles: usize,
+        is_free: &[bool],
         links: impl Iterator<Item = (u32, u32)>,
         max_work: u64,
     ) -> Result<Self, TooLarge> {
-        let mut near = vec![Vec::new(); particles];
-        for (a, b) in links {
-            near[a as usize].push(b);
-            near[b as usize].push(a);
+        let free: Vec<u32> = (0..)
+            .zip(is_free)
+            .filter(|(_, free)| **free)
+            .map(|(i, _)| i)
+            .collect();
+        let mut number = vec![u32::MAX; is_free.len()];
+        for (k, &i) in (0..).zip(&free) {
+            number[i as usize] = k;
         }
-        for list in &mut near {
-            list.sort_unstable();
-            list.dedup();
+        let links = links.map(|(a, b)| (number[a as usize], number[b as usize]));
+        let links = links.filter(|&(a, b)| a != u32::MAX && b != u32::MAX);
+        let cliques = eliminate(free.len(), links, max_work)?;
+        let order = postorder(&cliques);
+        let mut position = vec![0; free.len()];
+        for (k, &at) in (0..).zip(&order) {
+            position[cliques[at].0 as usize] = k;
         }
-        let mut queue: BTreeSet<(usize, u32)> =
-            (0..).zip(&near).map(|(i, list)| (list.len(), i)).collect();
-        let (mut place, mut cliques) = (vec![0; particles], Vec::new());
-        let mut work = 0;
-        while let Some((_, next)) = queue.pop_first() {
-            place[next as usize] = cliques.len() as u32;
-            let clique = std::mem::take(&mut near[next as usize]);
-            let count = clique.len() as u64;
-            work += 27 * (count * (count + 1) / 2 + count);
-            if work > max_work {
-                return Err(TooLarge);
+        let mut plan = Self {
+            columns: vec![0],
+            starts: vec![0],
+            ..Self::default()
+        };
+        for at in order {
+            let clique = &cliques[at].1;
+            let first = plan.rows.len();
+            plan.rows
+                .extend(clique.iter().map(|&i| position[i as usize]));
+            plan.rows[first..].sort_unstable();
+            plan.columns.push(plan.rows.len() as u32);
+            plan.work += work_of(clique.len());
+        }
+        let mut pinned = free.len() as u32..;
+        for k in number {
+            let place = match position.get(k as usize) {
+                Some(place) => Some(*place),
+                None => pinned.next(),
+            };
+            plan.place.extend(place);
+        }
+        plan.find_runs();
+        Ok(plan)
+    }
+
+    fn find_runs(&mut self) {
+        let mut lists: Vec<Vec<Run>> = vec![Vec::new(); self.size()];
+        for column in 0..self.size() {
+            let rows = &self.rows[self.column(column)];
+            for (&row, below) in rows.iter().zip((0..rows.len() as u32).rev()) {
+                let list = &mut lists[row as usize];
+                let column = column as u32;
+                match list.last_mut() {
+                    // Rows of a column are also rows of the first of them, so that equally many below the
+                    // row are the same.
+                    Some(last)
+                        if last.column + last.count == column
+                            && last.below == below
+                            && self.rows[self.columns[column as usize - 1] as usize] == column =>
+                    {
+                        last.count += 1;
+                    }
+                    _ => list.push(Run {
+                        column,
+                        count: 1,
+                        below,
+                    }),
+                }
             }
-            for &i in &clique {
-                let list = &mut near[i as usize];
-                queue.remove(&(list.len(), i));
-                list.extend(&clique);
-                list.sort_unstable();
-                list.dedup();
-                list.retain(|&k| k != i && k != next);
-                queue.insert((list.len(), i));
-            }
-            cliques.push(clique);
         }
-        let (mut columns, mut rows) = (vec![0], Vec::new());
-        for clique in &cliques {
-            let first = rows.len();
-            rows.extend(clique.iter().map(|&i| place[i as usize]));
-            rows[first..].sort_unstable();
-            columns.push(rows.len() as u32);
-        }
-        let mut lists = vec![Vec::new(); particles];
-        for (column, range) in (0..).zip(columns.windows(2)) {
-            for block in range[0]..range[1] {
-                lists[rows[block as usize] as usize].push((column, block));
-            }
-        }
-        let (mut starts, mut left) = (vec![0], Vec::new());
         for list in lists {
-            left.extend(list);
-            starts.push(left.len() as u32);
+            self.left.extend(list);
+            self.starts.push(self.left.len() as u32);
         }
-        Ok(Self {
-            place,
-            columns,
-            rows,
-            starts,
-            left,
-            work,
-        })
+    }
+
+    /// Whether each particle is part of the system.
+    pub fn free(&self) -> impl Iterator<Item = bool> {
+        let size = self.size();
+        self.place.iter().map(move |place| (*place as usize) < size)
+    }
+
+    /// Number of columns: of free particles.
+    pub fn size(&self) -> usize {
+        self.columns.len() - 1
     }
 
     /// The blocks of a column below the diagonal.
@@ -96,13 +139,16 @@ impl Plan {
         self.columns[column] as usize..self.columns[column + 1] as usize
     }
 
-    /// The blocks of a row left of the diagonal, as column and place.
-    pub fn row(&self, row: usize) -> &[(u32, u32)] {
+    /// The runs of blocks of a row left of the diagonal.
+    pub fn row(&self, row: usize) -> &[Run] {
         &self.left[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 
-    /// Block of two different positions that share an element.
+    /// Block of two different positions that share an element; [`u32::MAX`] if one of them is pinned.
     pub fn block(&self, a: u32, b: u32) -> u32 {
+        if a.max(b) as usize >= self.size() {
+            return u32::MAX;
+        }
         let range = self.column(a.min(b) as usize);
         let found = self.rows[range.clone()].binary_search(&a.max(b));
         found.map_or(u32::MAX, |at| (range.start + at) as u32)
@@ -116,4 +162,33 @@ impl Plan {
             + size_of_val(&self.starts[..])
             + size_of_val(&self.left[..])
     }
+}
+
+/// The columns in postorder of the elimination tree, which changes neither fill nor work: columns with
+/// the same rows become neighbors. Of the children of a column, that with the most rows is last.
+fn postorder(cliques: &Elimination) -> Vec<usize> {
+    let count = cliques.len();
+    let mut at = vec![0; count];
+    for (k, (particle, _)) in cliques.iter().enumerate() {
+        at[*particle as usize] = k;
+    }
+    let mut children = vec![Vec::new(); count];
+    let mut stack = Vec::new();
+    for (k, (_, clique)) in cliques.iter().enumerate() {
+        match clique.iter().map(|&i| at[i as usize]).min() {
+            Some(parent) => children[parent].push(k),
+            None => stack.push(k),
+        }
+    }
+    for list in &mut children {
+        list.sort_by_key(|&k| cliques[k].1.len());
+    }
+    // Parents before children and the last child first, and then the reverse of that.
+    let mut order = Vec::with_capacity(count);
+    while let Some(next) = stack.pop() {
+        order.push(next);
+        stack.append(&mut children[next]);
+    }
+    order.reverse();
+    order
 }

@@ -25,7 +25,7 @@ impl Visit for Tensions<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         if N == 2 {
             let places = self.places;
-            for_each(self, effect, (places.topology, places.instructions));
+            for_each(self, effect, places);
         }
     }
 }

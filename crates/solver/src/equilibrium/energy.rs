@@ -8,7 +8,7 @@ use super::projection::{ElementMatrix, MAX_COORDINATES, project};
 use crate::{
     Body, ElasticKind, Finite, Topology,
     direct::{
-        matrix::{Block, Matrix, add_unit},
+        matrix::{Block, Matrix},
         plan::Plan,
     },
     elastic::{Elastic, Point, Row, Visit},
@@ -157,11 +157,6 @@ impl<'a> Energy<'a> {
     /// Second derivatives, made positive semidefinite per element if `projected`; 1 for pins.
     pub fn assemble(&self, u: &[DVec3], plan: &Plan, matrix: &mut Matrix, projected: bool) {
         matrix.reset(plan);
-        for (i, w) in self.w.iter().enumerate() {
-            if *w == 0.0 {
-                add_unit(&mut matrix.diagonal[plan.place[i] as usize], 1.0);
-            }
-        }
         self.body.effects.visit(&mut Assemble {
             energy: self,
             u,
@@ -371,11 +366,10 @@ impl Assemble<'_> {
     fn add<const N: usize>(&mut self, corners: [u32; N], element: &ElementMatrix) {
         let place = corners.map(|i| self.plan.place[i as usize]);
         for i in 0..N {
-            add_block(
-                &mut self.matrix.diagonal[place[i] as usize],
-                element,
-                (i, i),
-            );
+            // Pinned particles have no blocks.
+            if let Some(block) = self.matrix.diagonal.get_mut(place[i] as usize) {
+                add_block(block, element, (i, i));
+            }
             for j in 0..i {
                 let both = if place[i] > place[j] { (i, j) } else { (j, i) };
                 let block = self.plan.block(place[i], place[j]);

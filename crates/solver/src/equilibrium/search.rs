@@ -79,7 +79,8 @@ impl<'a> Search<'a> {
         }
         let moving = energy.w.iter().filter(|w| **w > 0.0);
         let mass: f64 = moving.map(|w| 1.0 / w).sum();
-        let plan = Plan::new(energy.start.len(), energy.links().into_iter(), MAX_WORK)
+        let is_free: Vec<bool> = energy.w.iter().map(|w| *w > 0.0).collect();
+        let plan = Plan::new(&is_free, energy.links().into_iter(), MAX_WORK)
             .map_err(|_| NoEquilibrium::TooLarge)?;
         Ok(Self {
             u: vec![DVec3::ZERO; energy.start.len()],

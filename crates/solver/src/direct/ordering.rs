@@ -1,0 +1,137 @@
+//! Elimination order of a sparse Cholesky factorization.
+
+use super::plan::TooLarge;
+use std::collections::BTreeSet;
+
+/// Particles in the order of their elimination, and the neighbors of each at that time.
+pub(super) type Elimination = Vec<(u32, Vec<u32>)>;
+
+/// The particles that are not eliminated, with an edge between any two that share a block.
+struct Graph {
+    near: Vec<Vec<u32>>,
+    /// Pairs of neighbors of each particle without an edge: what its elimination would fill in.
+    fill: Vec<u64>,
+    /// Marks of neighbors, by the number of the last search that found them.
+    found: Vec<u32>,
+    search: u32,
+}
+
+impl Graph {
+    fn new(particles: usize, links: impl Iterator<Item = (u32, u32)>) -> Self {
+        let mut near = vec![Vec::new(); particles];
+        for (a, b) in links {
+            near[a as usize].push(b);
+            near[b as usize].push(a);
+        }
+        for list in &mut near {
+            list.sort_unstable();
+            list.dedup();
+        }
+        let mut graph = Self {
+            fill: vec![0; particles],
+            found: vec![0; particles],
+            search: 0,
+            near,
+        };
+        for i in 0..particles {
+            graph.mark(i);
+            let near = &graph.near[i];
+            let pairs = near.len() * near.len().saturating_sub(1);
+            let joined: usize = near.iter().map(|&k| graph.marked(k).count()).sum();
+            graph.fill[i] = (pairs - joined) as u64 / 2;
+        }
+        graph
+    }
+
+    /// Marks the neighbors of a particle, and nothing else.
+    fn mark(&mut self, particle: usize) {
+        self.search += 1;
+        for &k in &self.near[particle] {
+            self.found[k as usize] = self.search;
+        }
+    }
+
+    /// The marked neighbors of a particle.
+    fn marked(&self, particle: u32) -> impl Iterator<Item = u32> {
+        let near = self.near[particle as usize].iter().copied();
+        near.filter(|&k| self.found[k as usize] == self.search)
+    }
+
+    /// Fill per remaining neighbor, in 1024ths.
+    fn cost(&self, particle: u32) -> u64 {
+        let i = particle as usize;
+        self.fill[i] * 1024 / (self.near[i].len() as u64 + 1)
+    }
+
+    /// Removes a particle and joins its neighbors, which are returned; appends those whose cost may have
+    /// changed to `changed`, some of them more than once.
+    fn eliminate(&mut self, particle: u32, changed: &mut Vec<u32>) -> Vec<u32> {
+        self.mark(particle as usize);
+        let clique = std::mem::take(&mut self.near[particle as usize]);
+        changed.extend(&clique);
+        for &a in &clique {
+            let list = &mut self.near[a as usize];
+            list.retain(|&k| k != particle);
+            let outside = self.near[a as usize].len() - self.marked(a).count();
+            self.fill[a as usize] -= outside as u64;
+        }
+        for (at, &a) in clique.iter().enumerate() {
+            self.mark(a as usize);
+            for &b in &clique[at + 1..] {
+                if self.found[b as usize] != self.search {
+                    self.join(a, b, changed);
+                }
+            }
+        }
+        clique
+    }
+
+    /// Adds an edge. The neighbors of `a` must be marked, and will be.
+    fn join(&mut self, a: u32, b: u32, changed: &mut Vec<u32>) {
+        let first = changed.len();
+        changed.extend(self.marked(b));
+        let common = changed.len() - first;
+        for &k in &changed[first..] {
+            self.fill[k as usize] -= 1;
+        }
+        for (i, other) in [(a, b), (b, a)] {
+            let near = &mut self.near[i as usize];
+            self.fill[i as usize] += (near.len() - common) as u64;
+            near.push(other);
+        }
+        self.found[b as usize] = self.search;
+    }
+}
+
+/// By minimum mean local fill (Rothberg and Eisenstat 1998), with ties by number: the particle is next
+/// whose elimination fills in the fewest blocks per neighbor. On grids it needs 20 to 40 % fewer
+/// multiplications than minimum degree. `links` are the pairs of particles that share an element.
+pub(super) fn eliminate(
+    particles: usize,
+    links: impl Iterator<Item = (u32, u32)>,
+    max_work: u64,
+) -> Result<Elimination, TooLarge> {
+    let mut graph = Graph::new(particles, links);
+    let mut costs: Vec<u64> = (0..particles as u32).map(|i| graph.cost(i)).collect();
+    let mut queue: BTreeSet<(u64, u32)> = costs.iter().copied().zip(0..).collect();
+    let (mut order, mut changed) = (Vec::with_capacity(particles), Vec::new());
+    let mut work = 0;
+    while let Some((_, next)) = queue.pop_first() {
+        work += super::plan::work_of(graph.near[next as usize].len());
+        if work > max_work {
+            return Err(TooLarge);
+        }
+        let clique = graph.eliminate(next, &mut changed);
+        for i in changed.drain(..) {
+            let cost = graph.cost(i);
+            let known = &mut costs[i as usize];
+            if cost != *known {
+                queue.remove(&(*known, i));
+                queue.insert((cost, i));
+                *known = cost;
+            }
+        }
+        order.push((next, clique));
+    }
+    Ok(order)
+}
