@@ -121,8 +121,12 @@ fn choose(
     for (camera, now) in &cameras {
         match wanted {
             _ if now == wanted.as_ref() => {}
-            Some(wanted) => drop(commands.entity(camera).insert(wanted)),
-            None => drop(commands.entity(camera).remove::<ReducedView>()),
+            Some(wanted) => {
+                commands.entity(camera).insert(wanted);
+            }
+            None => {
+                commands.entity(camera).remove::<ReducedView>();
+            }
         }
     }
 }
