@@ -129,7 +129,10 @@ fn build(options: &SandboxOptions) -> App {
                 ..default()
             }),
     )
-    .add_plugins(EguiPlugin::default())
+    .add_plugins(EguiPlugin {
+        // With an array of textures, a software renderer samples all of them for each pixel.
+        bindless_mode_array_size: None,
+    })
     .insert_resource(
         options
             .threads
@@ -154,6 +157,7 @@ fn build(options: &SandboxOptions) -> App {
     if let Some(path) = options.record.clone() {
         app.add_plugins(app::keep::recording::RecordPlugin { path });
     }
+    app::executors::choose(&mut app);
     app
 }
 
@@ -166,6 +170,7 @@ impl PluginGroup for SandboxPlugins {
             .add(state::view::ViewPlugin)
             .add(render::stage::StagePlugin)
             .add(render::quality::QualityPlugin)
+            .add(render::reduced::ReducedPlugin)
             .add(render::readiness::ReadinessPlugin)
             .add(input::pointer::PointerPlugin)
             .add(input::drag::DragPlugin)
@@ -191,6 +196,7 @@ impl PluginGroup for SandboxPlugins {
             .add(app::film::FilmPlugin)
             .add(app::report::ReportPlugin)
             .add(ui::theme::ThemePlugin)
+            .add(ui::paint::PaintPlugin)
             .add(ui::scale::ScalePlugin)
             .add(panel::PanelPlugin)
             .add(app::time::TimePlugin)

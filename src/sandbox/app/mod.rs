@@ -4,6 +4,7 @@ pub mod bodies;
 mod colliders;
 pub mod display;
 pub mod drop;
+pub mod executors;
 pub mod export;
 pub mod film;
 mod focus;

@@ -30,8 +30,9 @@ struct Row {
 const ROWS: &[Row] = &[
     Row {
         title: "Quality",
-        help: "Low draws no shadows and does not smooth edges. Auto measures the time of a frame \
-               and lowers the quality if drawing is slow.",
+        help: "Low draws no shadows, does not smooth edges, and draws the bodies at two thirds of \
+               the resolution. Auto measures the time of a frame and lowers the quality if drawing \
+               is slow.",
         draw: quality,
     },
     Row {

@@ -18,6 +18,7 @@ pub mod overlay;
 pub mod pin_marks;
 pub mod quality;
 pub mod readiness;
+pub mod reduced;
 pub mod solver_view;
 pub mod stage;
 pub mod wires;

@@ -1,4 +1,5 @@
-//! Quality of the picture: shadows and smoothed edges, or neither.
+//! Quality of the picture: shadows, smoothed edges and the [resolution](super::reduced) of the
+//! window, or none of them.
 //!
 //! With [`Quality::Auto`], a software renderer starts with low quality; afterwards the measured
 //! frame time decides, with hysteresis. Frames in which the simulation takes most of the time do
@@ -34,9 +35,9 @@ const MAX_TICKS: f32 = 0.6;
 /// The quality in which the picture is drawn.
 #[derive(Resource, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EffectiveQuality {
-    /// No shadows, no smoothed edges.
+    /// No shadows, no smoothed edges, a lower resolution.
     Low,
-    /// Shadows and smoothed edges.
+    /// Shadows, smoothed edges, and the resolution of the window.
     #[default]
     High,
 }

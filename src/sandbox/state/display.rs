@@ -16,9 +16,9 @@ pub enum Quality {
     /// Low or high, by the measured frame time.
     #[default]
     Auto,
-    /// No shadows, no smoothed edges.
+    /// No shadows, no smoothed edges, and bodies at two thirds of the resolution.
     Low,
-    /// Shadows and smoothed edges.
+    /// Shadows, smoothed edges, and the resolution of the window.
     High,
 }
 

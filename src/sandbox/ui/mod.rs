@@ -4,6 +4,7 @@ pub mod area;
 mod expression;
 pub mod message;
 pub mod number;
+pub mod paint;
 pub mod plot;
 pub mod scale;
 pub mod slider;

@@ -3,9 +3,8 @@
 //! carries a [`ForceMask`](crate::ForceMask).
 //!
 //! Each has one formula, in `f64`, shared by the fast solver and the reference; tests compare it
-//! with closed forms. A body is processed on one thread. Most forces are cheap compared with
-//! constraints. Gusts are not: their noise is evaluated per triangle and substep, and takes three
-//! quarters of a tick of the scene `flag`.
+//! with closed forms. A body is processed on one thread: forces are cheap compared with constraints.
+//! That of gusts is evaluated per triangle and substep, and remembers the cells of its noise.
 
 pub(crate) mod attract;
 pub(crate) mod axis;

@@ -2,7 +2,7 @@
 
 use super::{
     law::{Force, ForceKind, Moment, Mote, approach},
-    noise,
+    noise::Noise,
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -53,13 +53,19 @@ impl Turbulence {
     /// Velocity of the air at a position and a time [m/s].
     #[must_use]
     pub fn air(&self, place: DVec3, time: f64) -> DVec3 {
+        self.air_by(&mut Default::default(), place, time)
+    }
+
+    /// With the noise of the moment before and that of the moment after.
+    fn air_by(&self, [noise, next]: &mut [Noise; 2], place: DVec3, time: f64) -> DVec3 {
         let place = place / f64::from(self.scale.get());
         let moment = time * f64::from(self.rate.get());
         let before = moment.floor();
         let t = moment - before;
-        let at = |moment: f64| noise::vector(place + DVec3::Y * (moment * APART));
+        let at = |moment: f64| place + DVec3::Y * (moment * APART);
         let smooth = t * t * (3.0 - 2.0 * t);
-        at(before).lerp(at(before + 1.0), smooth) * f64::from(self.speed.get())
+        let eddies = noise.at(at(before)).lerp(next.at(at(before + 1.0)), smooth);
+        eddies * f64::from(self.speed.get())
     }
 }
 
@@ -74,9 +80,11 @@ impl Force for Turbulence {
         mut push: impl FnMut(u32, DVec3),
     ) {
         let fraction = approach(self.coupling.get().into(), moment);
+        let mut noise = Default::default();
         for i in 0..topology.particles() as u32 {
             let mote = at(i);
-            push(i, (self.air(mote.x, moment.time) - mote.v) * fraction);
+            let air = self.air_by(&mut noise, mote.x, moment.time);
+            push(i, (air - mote.v) * fraction);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     law::{Force, ForceKind, Moment, Mote},
-    noise,
+    noise::Noise,
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -78,12 +78,16 @@ impl Wind {
     /// Velocity of the air at a position and a time [m/s].
     #[must_use]
     pub fn air(&self, place: DVec3, time: f64) -> DVec3 {
+        self.air_by(&mut Noise::default(), place, time)
+    }
+
+    fn air_by(&self, noise: &mut Noise, place: DVec3, time: f64) -> DVec3 {
         let mean = Finite::vector([self.x, self.y, self.z]);
         let gusts = f64::from(self.turbulence.get());
         if gusts == 0.0 {
             return mean;
         }
-        mean + noise::vector((place - mean * time) / f64::from(self.scale.get())) * gusts
+        mean + noise.at((place - mean * time) / f64::from(self.scale.get())) * gusts
     }
 }
 
@@ -99,6 +103,7 @@ impl Force for Wind {
     ) {
         let (drag, lift) = (f64::from(self.drag.get()), f64::from(self.lift.get()));
         let half_density = 0.5 * f64::from(self.density.get());
+        let mut noise = Noise::default();
         for &corners in topology.triangles.iter() {
             let [a, b, c] = corners.map(&at);
             let across = (b.x - a.x).cross(c.x - a.x);
@@ -107,7 +112,7 @@ impl Force for Wind {
                 continue;
             }
             let normal = across / twice_area;
-            let wind = self.air((a.x + b.x + c.x) / 3.0, moment.time);
+            let wind = self.air_by(&mut noise, (a.x + b.x + c.x) / 3.0, moment.time);
             let u = wind - (a.v + b.v + c.v) / 3.0;
             let speed = u.length();
             let into = u.dot(normal);

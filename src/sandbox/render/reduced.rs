@@ -1,0 +1,353 @@
+//! Draws the bodies at a lower resolution than the window, and enlarges the picture.
+//!
+//! Only the area that the panel leaves free is drawn. Panel, figures and marks are painted
+//! afterwards at full resolution. The camera itself is unchanged, so that points on the screen
+//! and in the world correspond as before.
+
+use crate::sandbox::{
+    render::{camera::OrbitCamera, quality::EffectiveQuality},
+    state::view::ViewSettings,
+};
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    camera::{MainPassResolutionOverride, Viewport},
+    core_pipeline::{Core3d, Core3dSystems, FullscreenShader},
+    prelude::*,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        camera::ExtractedCamera,
+        extract_component::{ExtractComponent, ExtractComponentPlugin},
+        render_resource::{
+            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            CachedRenderPipelineId, ColorTargetState, ColorWrites, Extent3d, FilterMode,
+            FragmentState, Operations, PipelineCache, RenderPassColorAttachment,
+            RenderPassDescriptor, RenderPipelineDescriptor, Sampler, SamplerBindingType,
+            SamplerDescriptor, ShaderStages, TextureDescriptor, TextureDimension, TextureFormat,
+            TextureSampleType, TextureUsages,
+            binding_types::{sampler, texture_2d},
+        },
+        renderer::{RenderContext, RenderDevice, ViewQuery},
+        texture::{CachedTexture, TextureCache},
+        view::{ExtractedView, ViewTarget},
+    },
+    window::PrimaryWindow,
+};
+
+/// Drawn pixels per pixel of the screen, in each direction.
+const FRACTION: f32 = 2.0 / 3.0;
+
+/// Draws an area of the window at a lower resolution.
+#[derive(Component, ExtractComponent, Debug, Clone, Copy, PartialEq)]
+#[extract_component_sync_target((Self, MainPassResolutionOverride, Picture))]
+pub struct ReducedView {
+    /// The area [physical px], from the window's top left.
+    area: URect,
+    fraction: f32,
+}
+
+impl ReducedView {
+    /// The part of the area that is inside a target of a size [physical px]; `None` if it is empty.
+    fn within(&self, target: UVec2) -> Option<URect> {
+        let all = URect::from_corners(UVec2::ZERO, target);
+        let area = self.area.intersect(all);
+        (!area.is_empty()).then_some(area)
+    }
+
+    /// Size at which an area is drawn [physical px].
+    fn size(&self, area: URect) -> UVec2 {
+        (area.size().as_vec2() * self.fraction)
+            .ceil()
+            .as_uvec2()
+            .max(UVec2::ONE)
+    }
+}
+
+/// Maps the clip space of a target of a size onto that of an area of it.
+fn crop(area: URect, target: UVec2) -> Mat4 {
+    let scale = target.as_vec2() / area.size().as_vec2();
+    // Of the area's center from that of the target, with y up, in halves of the target.
+    let offset = (2.0 * area.as_rect().center() / target.as_vec2() - 1.0) * Vec2::new(1.0, -1.0);
+    Mat4::from_translation((-offset * scale).extend(0.0)) * Mat4::from_scale(scale.extend(1.0))
+}
+
+/// The drawn picture, in a texture of its size.
+///
+/// It holds sRGB as it is: a software renderer interpolates that faster than it decodes four values
+/// for each pixel. The shader decodes the result.
+#[derive(Component)]
+pub struct Picture(CachedTexture);
+
+/// Draws at a lower resolution with [`EffectiveQuality::Low`].
+pub struct ReducedPlugin;
+
+impl Plugin for ReducedPlugin {
+    fn build(&self, app: &mut App) {
+        if app.get_sub_app(RenderApp).is_none() {
+            return;
+        }
+        embedded_asset!(app, "shaders/enlarge.wgsl");
+        app.add_plugins(ExtractComponentPlugin::<ReducedView>::default())
+            // The panel of this frame has been drawn.
+            .add_systems(Last, choose);
+        if let Some(renderer) = app.get_sub_app_mut(RenderApp) {
+            renderer
+                .add_systems(RenderStartup, load)
+                .add_systems(Render, reduce.in_set(RenderSystems::PrepareViews))
+                .add_systems(
+                    Core3d,
+                    enlarge
+                        .after(Core3dSystems::MainPass)
+                        .before(Core3dSystems::EarlyPostProcess),
+                );
+        }
+    }
+}
+
+fn choose(
+    quality: Res<EffectiveQuality>,
+    settings: Res<ViewSettings>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    cameras: Query<(Entity, Option<&ReducedView>), With<OrbitCamera>>,
+    mut commands: Commands,
+) {
+    let wanted = (*quality == EffectiveQuality::Low).then(|| {
+        let (left, right) = settings.free(window.width());
+        let end = |x: f32| (x * window.scale_factor()).round().max(0.0) as u32;
+        ReducedView {
+            area: URect::new(end(left), 0, end(right), window.physical_height()),
+            fraction: FRACTION,
+        }
+    });
+    for (camera, now) in &cameras {
+        match wanted {
+            _ if now == wanted.as_ref() => {}
+            Some(wanted) => {
+                commands.entity(camera).insert(wanted);
+            }
+            None => {
+                commands.entity(camera).remove::<ReducedView>();
+            }
+        }
+    }
+}
+
+/// What enlarges the picture.
+#[derive(Resource)]
+struct Enlarger {
+    layout: BindGroupLayoutDescriptor,
+    sampler: Sampler,
+    pipeline: CachedRenderPipelineId,
+}
+
+fn load(
+    device: Res<RenderDevice>,
+    assets: Res<AssetServer>,
+    fullscreen: Res<FullscreenShader>,
+    cache: Res<PipelineCache>,
+    mut commands: Commands,
+) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "enlarge_layout",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::FRAGMENT,
+            (
+                texture_2d(TextureSampleType::Float { filterable: true }),
+                sampler(SamplerBindingType::Filtering),
+            ),
+        ),
+    );
+    let sampler = device.create_sampler(&SamplerDescriptor {
+        mag_filter: FilterMode::Linear,
+        min_filter: FilterMode::Linear,
+        ..default()
+    });
+    let pipeline = cache.queue_render_pipeline(RenderPipelineDescriptor {
+        label: Some("enlarge".into()),
+        layout: vec![layout.clone()],
+        vertex: fullscreen.to_vertex_state(),
+        fragment: Some(FragmentState {
+            shader: load_embedded_asset!(assets.as_ref(), "shaders/enlarge.wgsl"),
+            targets: vec![Some(ColorTargetState {
+                format: TextureFormat::Rgba8UnormSrgb,
+                blend: None,
+                write_mask: ColorWrites::ALL,
+            })],
+            ..default()
+        }),
+        ..default()
+    });
+    commands.insert_resource(Enlarger {
+        layout,
+        sampler,
+        pipeline,
+    });
+}
+
+/// Crops the view to its area and lowers its resolution, once the picture can be enlarged.
+fn reduce(
+    mut views: Query<(Entity, &ReducedView, &ExtractedCamera, &mut ExtractedView)>,
+    (enlarger, cache): (Res<Enlarger>, Res<PipelineCache>),
+    (device, mut textures): (Res<RenderDevice>, ResMut<TextureCache>),
+    mut commands: Commands,
+) {
+    let is_ready = cache.get_render_pipeline(enlarger.pipeline).is_some();
+    for (entity, reduced, camera, mut view) in &mut views {
+        let target = camera.physical_target_size.unwrap_or_default();
+        let mut entity = commands.entity(entity);
+        let Some(area) = reduced.within(target).filter(|_| is_ready) else {
+            entity.remove::<(MainPassResolutionOverride, Picture)>();
+            continue;
+        };
+        view.clip_from_view = crop(area, target) * view.clip_from_view;
+        // Widths of lines are in pixels of the screen.
+        view.viewport = UVec4::new(0, 0, area.width(), area.height());
+        let size = reduced.size(area);
+        let picture = textures.get(
+            &device,
+            TextureDescriptor {
+                label: Some("reduced_view"),
+                size: extent(size),
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format: TextureFormat::Rgba8Unorm,
+                usage: TextureUsages::COPY_DST | TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            },
+        );
+        entity.insert((MainPassResolutionOverride(size), Picture(picture)));
+    }
+}
+
+fn extent(size: UVec2) -> Extent3d {
+    Extent3d {
+        width: size.x,
+        height: size.y,
+        ..default()
+    }
+}
+
+/// Enlarges the picture to its area of the window.
+fn enlarge(
+    view: ViewQuery<(
+        &ViewTarget,
+        &ReducedView,
+        &ExtractedCamera,
+        &MainPassResolutionOverride,
+        &Picture,
+    )>,
+    (enlarger, cache): (Res<Enlarger>, Res<PipelineCache>),
+    mut context: RenderContext,
+) {
+    let (target, reduced, camera, drawn, Picture(picture)) = view.into_inner();
+    let size = camera.physical_target_size.unwrap_or_default();
+    let (Some(area), Some(pipeline)) = (
+        reduced.within(size),
+        cache.get_render_pipeline(enlarger.pipeline),
+    ) else {
+        return;
+    };
+    let process = target.post_process_write();
+    context.command_encoder().copy_texture_to_texture(
+        process.source_texture.as_image_copy(),
+        picture.texture.as_image_copy(),
+        extent(drawn.0),
+    );
+    let bind_group = context.render_device().create_bind_group(
+        "enlarge",
+        &cache.get_bind_group_layout(&enlarger.layout),
+        &BindGroupEntries::sequential((&picture.default_view, &enlarger.sampler)),
+    );
+    let mut pass = context.begin_tracked_render_pass(RenderPassDescriptor {
+        label: Some("enlarge"),
+        color_attachments: &[Some(RenderPassColorAttachment {
+            view: process.destination,
+            depth_slice: None,
+            resolve_target: None,
+            ops: Operations::default(),
+        })],
+        ..default()
+    });
+    pass.set_camera_viewport(&Viewport {
+        physical_position: area.min,
+        physical_size: area.size(),
+        ..default()
+    });
+    pass.set_render_pipeline(pipeline);
+    pass.set_bind_group(0, &bind_group, &[]);
+    pass.draw(0..3, 0..1);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_corners_of_the_area_become_those_of_the_picture() {
+        let target = UVec2::new(1280, 800);
+        for area in [URect::new(0, 0, 936, 800), URect::new(344, 0, 1280, 800)] {
+            let crop = crop(area, target);
+            let clip = |pixel: UVec2| {
+                let unit = pixel.as_vec2() / target.as_vec2();
+                Vec3::new(2.0 * unit.x - 1.0, 1.0 - 2.0 * unit.y, 0.25)
+            };
+            let (min, max) = (clip(area.min), clip(area.max));
+            // Rounding of single precision, of numbers about 1.
+            assert!(
+                crop.project_point3(min)
+                    .distance(Vec3::new(-1.0, 1.0, 0.25))
+                    < 1e-6
+            );
+            assert!(
+                crop.project_point3(max)
+                    .distance(Vec3::new(1.0, -1.0, 0.25))
+                    < 1e-6
+            );
+        }
+    }
+
+    #[test]
+    fn low_quality_draws_what_the_panel_leaves_free() {
+        let mut app = App::new();
+        app.insert_resource(EffectiveQuality::Low)
+            .insert_resource(ViewSettings {
+                panel_width: 344.0,
+                ..default()
+            })
+            .add_systems(Last, choose);
+        let window = Window {
+            resolution: (1280, 800).into(),
+            ..default()
+        };
+        app.world_mut().spawn((window, PrimaryWindow));
+        let camera = app.world_mut().spawn(OrbitCamera::default()).id();
+        app.update();
+        let reduced = *app.world().get::<ReducedView>(camera).expect("low");
+        assert_eq!(reduced.area.size(), UVec2::new(936, 800));
+        assert_eq!(reduced.size(reduced.area), UVec2::new(624, 534));
+
+        app.world_mut().resource_mut::<ViewSettings>().panel_width = 0.0;
+        app.update();
+        let reduced = *app.world().get::<ReducedView>(camera).expect("low");
+        assert_eq!(reduced.area.size(), UVec2::new(1280, 800));
+
+        app.insert_resource(EffectiveQuality::High);
+        app.update();
+        assert!(app.world().get::<ReducedView>(camera).is_none());
+    }
+
+    #[test]
+    fn an_area_outside_the_target_is_not_drawn() {
+        let view = ReducedView {
+            area: URect::new(0, 0, 936, 800),
+            fraction: 0.5,
+        };
+        // The window became smaller in this frame.
+        assert_eq!(
+            view.within(UVec2::new(400, 300)),
+            Some(URect::new(0, 0, 400, 300))
+        );
+        assert_eq!(view.within(UVec2::ZERO), None);
+        assert_eq!(view.size(URect::new(0, 0, 401, 300)), UVec2::new(201, 150));
+    }
+}
