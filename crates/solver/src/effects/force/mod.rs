@@ -3,8 +3,9 @@
 //! carries a [`ForceMask`](crate::ForceMask).
 //!
 //! Each has one formula, in `f64`, shared by the fast solver and the reference; tests compare it
-//! with closed forms. A body is processed on one thread: forces are cheap compared with constraints.
-//! That of gusts is evaluated per triangle and substep, and remembers the cells of its noise.
+//! with closed forms. A body is processed on one thread. Most forces are cheap compared with
+//! constraints. Gusts are not: they are evaluated per triangle and substep, though they remember
+//! the cells of their noise.
 
 pub(crate) mod attract;
 pub(crate) mod axis;
