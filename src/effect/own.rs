@@ -4,7 +4,11 @@ use super::{Effect, EffectPlugin, EffectPlugins, EffectRegistry, registry::say_m
 use bevy::{ecs::world::DeferredWorld, prelude::*};
 use ron::{Options, error::SpannedError, extensions::Extensions, ser::PrettyConfig};
 use serde::{Serialize, de::DeserializeOwned};
-use std::fmt;
+use std::{
+    collections::BTreeSet,
+    fmt,
+    sync::{Mutex, PoisonError},
+};
 
 /// The effects of an app that scene files, snapshots and recordings may contain, in the order in
 /// which they act. None by default.
@@ -97,6 +101,9 @@ pub enum OwnEffectError {
         message: String,
     },
 }
+
+/// Effects of which the log has said that they are not kept: moments are taken in each tick.
+static SAID: Mutex<BTreeSet<&str>> = Mutex::new(BTreeSet::new());
 
 impl OwnKind {
     /// The functions of an effect.
@@ -225,12 +232,15 @@ impl OwnEffects {
     }
 
     /// The same for a body of an app. An effect whose text cannot be written or read back is left out,
-    /// and the log says so.
+    /// and the log says so once.
     pub(crate) fn of_entity(&self, body: &EntityRef) -> Vec<OwnEffect> {
         let carried = self.0.iter().filter_map(|kind| match (kind.read)(body)? {
             Ok(text) => Some(OwnEffect { kind: *kind, text }),
             Err(error) => {
-                log::error!("{} of body {} is not kept: {error}", kind.name, body.id());
+                let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
+                if said.insert(kind.name) {
+                    log::error!("{} of body {} is not kept: {error}", kind.name, body.id());
+                }
                 None
             }
         });

@@ -501,8 +501,8 @@ pub fn needs_plugin<E: Effect>(world: DeferredWorld, added: HookContext) {
     say_missing::<E>(world, added.entity);
 }
 
-/// Says that a component of a body does nothing if the plugin of its effect is missing and that was not
-/// said of the body yet.
+/// Says that a component of a body does nothing if the plugin of its effect is missing, once until
+/// messages are updated.
 pub(super) fn say_missing<E: Effect>(mut world: DeferredWorld, body: Entity) {
     let Some(mut registry) = world.get_resource_mut::<EffectRegistry>() else {
         return;

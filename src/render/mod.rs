@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Every [`SoftBody`] gets a [`Mesh3d`]; give it a material (`MeshMaterial3d`) to see it. Each
-//! frame its surface is interpolated between the last two ticks and written into the mesh with its
+//! frame its surface is interpolated between two ticks and written into the mesh with its
 //! normals. A body that has not moved since the last frame costs nothing. [`BodyMesh`] draws a body with
 //! a mesh of the app instead, with its texture coordinates; [`GrainPositions`] lets a material move
 //! grains on the graphics card.
@@ -93,7 +93,9 @@ impl Plugin for SoftBodyMeshPlugin {
         .add_observer(body_mesh::add_skin)
         .add_systems(
             PostUpdate,
-            (follow::follow, placement::place).before(SoftBodySystems::First),
+            (follow::follow, placement::place)
+                .before(SoftBodySystems::First)
+                .before(MeshSystems),
         );
     }
 }
@@ -296,7 +298,7 @@ fn interpolate(
     mut bodies: Query<(
         &SoftBody,
         Ref<Particles>,
-        (&TickStart, &PastStarts),
+        (&TickStart, Ref<PastStarts>),
         (Option<&BodySkin>, Has<HasTransform>),
         Has<Asleep>,
         &mut Drawn,
@@ -308,7 +310,7 @@ fn interpolate(
         |(body, particles, (start, past), (skin, has_transform), asleep, mut drawn, mut shown)| {
             let is_at_rest = asleep && past.is_empty();
             let still = shown.instant == Some(instant) || (is_at_rest && shown.at_rest);
-            if still && !particles.is_changed() {
+            if still && !particles.is_changed() && !past.is_changed() {
                 return;
             }
             let between = past.positions(instant, start, &particles);

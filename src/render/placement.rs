@@ -2,7 +2,7 @@
 
 use super::{Drawn, follow::pose};
 use crate::{
-    simulation::{SoftBody, TickStart},
+    simulation::{PastStarts, SoftBody, TickStart},
     solver::Particles,
 };
 use bevy::prelude::*;
@@ -14,7 +14,7 @@ pub(super) struct HasTransform;
 /// Moves new bodies to the transforms with which they were spawned.
 pub(super) fn place(
     mut new: Query<
-        (Entity, &mut Particles, &mut TickStart),
+        (Entity, &mut Particles, &mut TickStart, &mut PastStarts),
         (
             With<SoftBody>,
             With<Transform>,
@@ -25,7 +25,7 @@ pub(super) fn place(
     transforms: TransformHelper,
     mut commands: Commands,
 ) {
-    for (entity, mut particles, mut start) in &mut new {
+    for (entity, mut particles, mut start, mut past) in &mut new {
         let Ok(transform) = transforms.compute_global_transform(entity) else {
             continue;
         };
@@ -38,6 +38,7 @@ pub(super) fn place(
             }
         }
         start.0.clone_from(&particles);
+        past.clear();
         commands.entity(entity).insert(HasTransform);
     }
 }

@@ -206,7 +206,7 @@ fn own<E: de::Error>(
 ) -> Result<Option<OwnEffect>, E> {
     let text = raw.get_ron();
     let effect = known.read_with(name, text, extensions).transpose();
-    if effect.is_err() && text.trim() == "None" {
+    if matches!(effect, Err(OwnEffectError::Syntax { .. })) && text.trim() == "None" {
         return Ok(None);
     }
     effect.map_err(|error| {

@@ -175,18 +175,19 @@ impl SimulationClock {
     }
 
     /// The instant that is drawn, for [`PastStarts::positions`](super::PastStarts::positions). It
-    /// advances by the time of the frame in each frame, as far as ticks keep up.
+    /// advances by the time of the frame in each frame, as far as ticks keep up, except where the speed
+    /// or the pause changes: there it jumps by up to the time by which it is behind.
     ///
     /// It is behind real time by the length of a tick. In one of Bevy's fixed schedules, it is behind
     /// by the longer of the tick and the step of the schedule if one is a multiple of the other, and
     /// else by both together: one tick at 60, 120 or 240 Hz with 60 ticks per second, 0.1 s at
     /// 10 Hz, 32.3 ms at 64 Hz. With more than 33 ticks in that time, drawing is not even.
     ///
-    /// In mid-tick, it is the start of that tick; when paused, the current state.
+    /// In mid-tick, it is not after the start of that tick; when paused, it is the current state.
     #[must_use]
     pub fn drawn(&self) -> DrawnInstant {
         let lag = self.lag();
-        if lag == 0.0 || self.mid_tick() || self.paused {
+        if lag == 0.0 || self.paused {
             let fraction = self.overstep();
             return DrawnInstant {
                 ticks_back: 0,
@@ -195,7 +196,8 @@ impl SimulationClock {
         }
         let waiting = self.waiting + self.ahead * self.bounded_speed();
         let ticks = (waiting - lag) / self.tick_seconds;
-        let ticks = ticks.clamp(-(MAX_PAST as f64), 1.0);
+        let most = if self.mid_tick() { 0.0 } else { 1.0 };
+        let ticks = ticks.clamp(-(MAX_PAST as f64), most);
         let ticks_back = (-ticks).ceil().max(0.0);
         DrawnInstant {
             ticks_back: ticks_back as usize,
@@ -241,6 +243,7 @@ impl SimulationClock {
             film_step: self.film_step,
             film_steps: self.film_steps,
             fixed_step: self.fixed_step,
+            tick_seconds: self.tick_seconds,
             ..Self::default()
         };
     }

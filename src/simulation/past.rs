@@ -54,31 +54,43 @@ impl PastStarts {
     }
 
     /// Positions of the particles at an instant [m], with their inverse masses. Of an instant before
-    /// the oldest state, those of that state; a particle that did not exist has its first position.
+    /// the oldest state, those of that state; a particle that did not exist has its first known position.
     pub fn positions<'a>(
         &'a self,
         at: DrawnInstant,
         start: &'a TickStart,
         now: &'a Particles,
     ) -> impl Iterator<Item = Vec4> + 'a {
-        let (from, to) = match at.ticks_back {
-            0 => (&start.positions[..], &now.positions[..]),
-            1 => (self.back(1, start, now), &start.positions[..]),
-            back => (self.back(back, start, now), self.back(back - 1, start, now)),
+        // A particle that is not in a state appeared after it.
+        let at_start = |back: usize, i: usize| match back {
+            0 => start.positions.get(i),
+            back => self
+                .0
+                .get(back - 1)
+                .or(self.0.back())
+                .unwrap_or(&start.positions)
+                .get(i),
         };
         now.positions.iter().enumerate().map(move |(i, newest)| {
-            let to = to.get(i).unwrap_or(newest);
-            from.get(i).unwrap_or(to).lerp(*to, at.fraction)
+            let back = at.ticks_back;
+            let after = (0..back).rev().find_map(|back| at_start(back, i));
+            let to = after.unwrap_or(newest);
+            at_start(back, i).unwrap_or(to).lerp(*to, at.fraction)
         })
     }
 
-    /// The start of a tick, counted back from that of the last one.
-    fn back<'a>(&'a self, ticks: usize, start: &'a TickStart, now: &Particles) -> &'a [Vec4] {
-        let known = self.0.get(ticks - 1).or(self.0.back());
-        // Particles that were removed have left their places to others.
-        known
-            .filter(|it| it.len() <= now.len())
-            .unwrap_or(&start.positions)
+    /// Follows the particles of a body that has others now: each that was there is that of this number.
+    pub(super) fn follow(&mut self, sources: &[u32]) {
+        for state in &mut self.0 {
+            // A state in which the last ones had not appeared yet has only others.
+            let known = sources.iter().map_while(|&i| state.get(i as usize));
+            *state = known.copied().collect();
+        }
+    }
+
+    /// Ends the memory of a body that was put elsewhere.
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
     }
 
     /// Adds the start of the last tick, and keeps this many states.
@@ -119,6 +131,6 @@ pub(super) fn forget(replaced: On<Insert, TickStart>, mut bodies: Query<&mut Pas
     if let Ok(mut past) = bodies.get_mut(replaced.entity)
         && !past.is_empty()
     {
-        past.0.clear();
+        past.clear();
     }
 }

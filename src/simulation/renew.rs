@@ -1,7 +1,7 @@
 //! Appearance and disappearance of grains between ticks.
 
 use super::{
-    Active, AddedMass, BodyDensity, Pins, SoftBody, TickStart,
+    Active, AddedMass, BodyDensity, PastStarts, Pins, SoftBody, TickStart,
     body::{KnownMesh, follow_joints},
     step::UnderWay,
 };
@@ -24,6 +24,7 @@ pub(super) struct Renewed {
     known: &'static mut KnownMesh,
     particles: &'static mut Particles,
     start: &'static mut TickStart,
+    past: &'static mut PastStarts,
     states: &'static mut EffectStates,
     stitches: Option<&'static mut Stitches>,
     density: &'static BodyDensity,
@@ -61,6 +62,7 @@ pub(super) fn renew(
         let Some(renewed) = stepper.renew(body.density.0, attached, start, settings) else {
             continue;
         };
+        body.past.follow(&renewed.kept);
         body.known.follow(topology.id());
         body.body.0 = topology;
         body.particles.set_changed();

@@ -1,8 +1,8 @@
 //! Tearing and cutting of bodies between ticks.
 
 use super::{
-    Active, AddedMass, Asleep, BodyDensity, BodySkin, EnergyLedger, Pins, RestTimer, SoftBody,
-    TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodySkin, EnergyLedger, PastStarts, Pins, RestTimer,
+    SoftBody, TickStart,
     action::ActionError,
     body::{KnownMesh, follow_joints},
     step::UnderWay,
@@ -38,6 +38,7 @@ pub(super) struct Tearable {
     known: &'static mut KnownMesh,
     particles: &'static mut Particles,
     start: &'static mut TickStart,
+    past: &'static mut PastStarts,
     states: &'static mut EffectStates,
     stitches: Option<&'static mut Stitches>,
     skin: Option<&'static mut BodySkin>,
@@ -108,6 +109,7 @@ impl TearableItem<'_, '_> {
             let followed = follow_skin(skin, &before, &torn);
             skin.0 = Arc::new(followed);
         }
+        self.past.follow(&torn.sources);
         self.known.follow(topology.id());
         self.body.0 = topology;
         self.particles.set_changed();

@@ -44,11 +44,12 @@ pub fn angular_momentum(state: &State) -> DVec3 {
     })
 }
 
-/// [Linking number](RodLink) of bodies that are a closed rod, summed [turns].
+/// [Linking number](RodLink) of bodies that are a closed [rod](crate::solver::Rod), summed [turns].
 #[must_use]
 pub fn link(world: &World, state: &State) -> f64 {
     let bodies = world.bodies.iter().zip(&state.bodies);
     bodies
+        .filter(|(body, _)| body.effects.rod.is_some())
         .filter_map(|(body, now)| RodLink::of(&body.topology, &now.x, &now.segments))
         .map(RodLink::total)
         .sum()

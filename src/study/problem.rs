@@ -4,7 +4,7 @@ use super::{
     StudyError,
     closed_form::Reference,
     hash,
-    observe::{Observe, Select},
+    observe::{Conserved, Observe, Select},
     record::ProblemText,
     registry,
     setting::constraints,
@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     scene::{BodySpec, Scene, parse},
-    solver::World,
+    solver::{Body, RodLink, World},
 };
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -285,6 +285,25 @@ impl Case {
 
     fn check(&self) -> Result<(), StudyError> {
         let bodies = self.start.bodies.len();
+        if let Observe::Drift {
+            of: Conserved::Link,
+            ..
+        } = self.problem.observe
+        {
+            let is_ring = |body: &Body| {
+                let at: Vec<_> = body.topology.rest.iter().map(|x| x.as_dvec3()).collect();
+                let has_link = body.effects.rod.is_some() && body.effects.tear.is_none();
+                has_link && RodLink::of(&body.topology, &at, &[]).is_some()
+            };
+            if !self.world.bodies.iter().any(is_ring) {
+                let message = format!(
+                    "on the mesh “{}”, it observes a linking number, which only a body with `rod` that is one \
+                     closed ring and cannot tear has; make such a body, as of the primitive `Hoop`",
+                    self.level_name
+                );
+                return Err(self.problem.wrong(message));
+            }
+        }
         let (body, select) = match &self.problem.observe {
             Observe::Rest { quantity, .. } | Observe::At { quantity, .. } => {
                 let (body, select) = quantity.subject();

@@ -139,7 +139,7 @@ fn pasted_parameters_replace_effects_and_density() {
     bodies::apply(app.world_mut(), &Scope::body(all[0]), &parameters);
     assert_eq!(errors(&mut app), Vec::<String>::new());
     let found = bodies::parameters(app.world(), all[0]);
-    assert_eq!(found, Some(parameters));
+    assert_eq!(found, Some(Ok(parameters)));
     // The volume constraints are gone; the other body is as it was.
     let other = app.world().get::<Stretch>(all[1]).expect("carried");
     assert_eq!(other.compliance.get(), 0.0);

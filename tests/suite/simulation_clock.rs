@@ -14,7 +14,7 @@ use pliant::{
         SolveSchedule, SolverSystems, StepSchedule, StepSystems, SubstepSchedule, SubstepTime,
         Tick, TickStart, plain, state_hash,
     },
-    solver::{self, Compliance, Particles},
+    solver::{self, Compliance, Cut, Particles},
 };
 use std::{thread, time::Duration};
 
@@ -538,6 +538,38 @@ fn drawing_is_even_after_the_speed_has_changed() {
             }
         }
     }
+}
+
+/// A body that comes apart has particles in other places of the list, in the states before too.
+#[test]
+fn a_body_that_is_cut_is_drawn_where_it_was() {
+    let frame = Duration::from_secs_f64(1.0 / 60.0);
+    let (mut app, _) = moving(10.0, frame);
+    let mut block = body("block", cube(0.4, 4), 1000.0);
+    block.set_velocity(Vec3::X);
+    let block = plain::spawn_body(app.world_mut(), &block);
+    updates(&mut app, 60);
+    let particles = |app: &App| app.world().get::<Particles>(block).expect("there").clone();
+    let before = particles(&app).len();
+    let cut = Cut {
+        eye: Vec3::new(1.0, 9.0, 0.0),
+        rays: [Vec3::new(-1.0, -1.0, -0.01), Vec3::new(1.0, -1.0, 0.01)],
+    };
+    app.world_mut()
+        .resource_mut::<Actions>()
+        .push(Action::Cut { body: block, cut });
+    for _ in 0..12 {
+        app.update();
+        let at = app.world().resource::<SimulationClock>().drawn();
+        let entity = app.world().entity(block);
+        let (past, start, now) = entity.components::<(&PastStarts, &TickStart, &Particles)>();
+        let drawn = past.positions(at, start, now);
+        let off = drawn.zip(&now.positions).map(|(a, b)| a.distance(*b));
+        let off = off.fold(0.0, f32::max);
+        // What it moves in a step of the schedule and a tick; it is four cells of 0.1 m wide.
+        assert!(off < 0.12, "{off} m");
+    }
+    assert!(particles(&app).len() > before, "it was cut");
 }
 
 /// States are kept where drawing needs them, and those of a body that is put elsewhere are not drawn.

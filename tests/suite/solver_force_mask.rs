@@ -256,6 +256,27 @@ fn a_mask_of_nothing_has_the_bits_of_no_force_and_one_of_all_those_of_no_mask() 
     }
 }
 
+/// A mask of the whole body leaves it free.
+#[test]
+fn a_free_body_with_a_mask_of_all_keeps_its_spin() {
+    let turned = |mask: Option<ForceMask>, keep| {
+        let effects = Effects {
+            stretch: stretch(0.0),
+            force_mask: mask,
+            ..uniform(5.0, 0.0).into()
+        };
+        let mut settings = settings(0.0, 60.0, 10, 1);
+        settings.keep_spin = KeepSpin::of(keep);
+        let mut world = world(settings, with(body("pair", chain(1, 1.0), 1.0), effects));
+        let particles = &mut world.bodies[0].particles;
+        particles.set_velocity(0, Vec3::Z * 3.0);
+        (0..30).for_each(|_| world.tick());
+        bits_of(&world)
+    };
+    assert_eq!(turned(Some(ALL), 1), turned(None, 1));
+    assert_ne!(turned(None, 1), turned(None, 0), "it conserves its spin");
+}
+
 #[test]
 fn masked_forces_do_what_the_reference_does() {
     let half = ForceMask {

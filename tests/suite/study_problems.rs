@@ -1,7 +1,7 @@
 //! The study's problems compared with their closed forms, in f32 and in the reference.
 
 use pliant::{
-    solver::equilibrium::TOLERANCE,
+    solver::{RodLink, equilibrium::TOLERANCE},
     study::{
         Case, Method, Problem, Setting, Solver,
         converge::{FoundBy, by_equilibrium, by_stepping, converge},
@@ -333,11 +333,34 @@ fn a_ring_sinks_the_more_the_closer_its_twist_is_to_michells() {
 fn a_plectoneme_keeps_its_link() {
     let case = &cases("plectoneme")[0];
     let converged = converge(case).expect("sound settings");
-    // The rounding of f64 over 11 520 substeps.
-    assert!(converged.values[0] < 1e-6, "{:?}", converged.values);
+    assert!(converged.settled, "{converged:?}");
+    // An integer, from 4·64²/2 angles that are rounded to some 2e-16 each.
+    assert!(converged.values[0] < 1e-9, "{:?}", converged.values);
+    // It is wound up by then: more than two crossings with itself.
+    let mut world = case.world.clone();
+    (0..180).for_each(|_| world.tick());
+    let body = &world.bodies[0];
+    let places: Vec<_> = (0..body.particles.len())
+        .map(|i| body.particles.position(i))
+        .collect();
+    let link = RodLink::of(&body.topology, &places, &body.particles.segments).expect("a ring");
+    assert!(link.writhe.abs() > 2.0, "{link:?}");
     // Below 1 of the 2 turns that a passage would add: none. Rounding of positions is far less.
     let drift = value(case, Setting::xpbd(16, 1));
     assert!(drift < 1e-3, "{drift} turns");
+}
+
+#[test]
+fn a_link_is_observed_of_closed_rods_only() {
+    let mut problem = Problem::load("plectoneme").expect("a built-in problem");
+    for level in &mut problem.levels {
+        level.bodies[0].effects.rod = None;
+    }
+    let said = problem.cases().expect_err("nothing has a link").to_string();
+    assert!(
+        said.contains("48 segments") && said.contains("closed ring"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -238,17 +238,19 @@ pub fn color(world: &mut World, scope: &Scope, color: [u8; 3]) {
     }
 }
 
-/// The parameters of a body.
-pub fn parameters(world: &World, body: Entity) -> Option<BodyParameters> {
+/// The parameters of a body, if it is there; or what is wrong with one of its effects.
+pub fn parameters(world: &World, body: Entity) -> Option<Result<BodyParameters, String>> {
     let entity = world.get_entity(body).ok()?;
     let density = entity.get::<BodyDensity>()?.0;
-    Some(BodyParameters {
+    let own = own_effects(world).of_body(&entity);
+    let own = own.map_err(|(effect, error)| format!("{effect}: {error}"));
+    Some(own.map(|own| BodyParameters {
         density: Some(density),
         effects: SceneEffects {
-            own: own_effects(world).of_entity(&entity),
+            own,
             ..carried::effects(entity).into()
         },
-    })
+    }))
 }
 
 /// The effects of the app that are saved.
@@ -262,7 +264,10 @@ pub fn copy(world: &mut World, scope: &Scope) {
     let Some(body) = bodies(world, scope).first().copied() else {
         return;
     };
-    let text = parameters(world, body).map(|parameters| parameters.to_text());
+    let text = parameters(world, body).map(|parameters| {
+        let text = parameters?.to_text();
+        text.map_err(|error| error.to_string())
+    });
     let name = name_of(world, body);
     match text {
         Some(Ok(text)) => {

@@ -69,6 +69,14 @@ pub fn save(world: &mut World, scope: &Scope, name: &str) {
     else {
         return;
     };
+    let parameters = match parameters {
+        Ok(parameters) => parameters,
+        Err(error) => {
+            let text = format!("Preset is not saved: {error}");
+            world.resource_mut::<Notices>().warn(text);
+            return;
+        }
+    };
     let preset = Preset {
         name: name.to_owned(),
         dimension: topology.dimension,
@@ -77,9 +85,9 @@ pub fn save(world: &mut World, scope: &Scope, name: &str) {
     let folder = world.get_resource::<PresetFolder>();
     let folder = folder.and_then(|folder| folder.0.clone());
     if let Some(folder) = folder {
-        if let Some(path) = unread(&folder, name, world.resource::<Presets>()) {
+        if let Some(path) = other_file(&folder, name, &bodies::own_effects(world)) {
             let text = format!(
-                "Preset is not saved: {} could not be read, and would be lost; choose another name",
+                "Preset is not saved: {} has another content, which would be lost; choose another name",
                 path.display()
             );
             world.resource_mut::<Notices>().warn(text);
@@ -123,13 +131,15 @@ pub fn apply(world: &mut World, scope: &Scope, name: &str) {
 /// Deletes a preset and its file.
 pub fn delete(world: &mut World, name: &str) {
     let folder = world.get_resource::<PresetFolder>();
-    if let Some(path) = folder.and_then(|folder| Some(file(folder.0.as_ref()?, name)))
-        && let Err(error) = fs::remove_file(&path)
-        && error.kind() != io::ErrorKind::NotFound
-    {
-        let text = format!("cannot delete {}: {error}", path.display());
-        report(world, &text);
-        return;
+    let folder = folder.and_then(|folder| folder.0.clone());
+    let own = bodies::own_effects(world);
+    for path in folder.map(|folder| files(&folder)).unwrap_or_default() {
+        let is_it = read(&path, &own).is_ok_and(|preset| preset.name == name);
+        if is_it && let Err(error) = fs::remove_file(&path) {
+            let text = format!("cannot delete {}: {error}", path.display());
+            report(world, &text);
+            return;
+        }
     }
     world.resource_mut::<Presets>().retain(|it| it.name != name);
 }
@@ -147,12 +157,11 @@ fn file(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{stem}.ron"))
 }
 
-/// The file of a name if it is there and no preset was read from it, as that of a program with other
-/// effects.
-fn unread(folder: &Path, name: &str, presets: &[Preset]) -> Option<PathBuf> {
+/// The file of a name if it is there and no preset of this name, as one of a program with other effects.
+fn other_file(folder: &Path, name: &str, own: &OwnEffects) -> Option<PathBuf> {
     let path = file(folder, name);
-    let is_read = presets.iter().any(|preset| preset.name == name);
-    (!is_read && path.exists()).then_some(path)
+    let is_it = || read(&path, own).is_ok_and(|preset| preset.name == name);
+    (path.exists() && !is_it()).then_some(path)
 }
 
 const DIMENSIONS: [(&str, Dimension); 4] = [
@@ -186,16 +195,19 @@ fn write(folder: &Path, preset: &Preset) -> io::Result<()> {
     whole_file::replace(&file(folder, name), text.as_bytes())
 }
 
-fn read_all(folder: &Path, own: &OwnEffects) -> (Vec<Preset>, Vec<String>) {
-    let mut paths: Vec<PathBuf> = match fs::read_dir(folder) {
-        Ok(entries) => entries.flatten().map(|entry| entry.path()).collect(),
-        // There is no folder before the first preset is saved.
-        Err(_) => return Default::default(),
-    };
+/// The files in the folder, in the order of their names.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    // There is no folder before the first preset is saved.
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
     paths.retain(|path| path.extension().is_some_and(|ending| ending == "ron"));
     paths.sort();
+    paths
+}
+
+fn read_all(folder: &Path, own: &OwnEffects) -> (Vec<Preset>, Vec<String>) {
     let (mut presets, mut errors) = (Vec::new(), Vec::new());
-    for path in paths {
+    for path in files(folder) {
         match read(&path, own) {
             Ok(preset) => presets.push(preset),
             Err(error) => errors.push(error),
@@ -250,9 +262,9 @@ mod tests {
         )
         .expect("writable");
         let (presets, errors) = read_all(&folder, &OwnEffects::default());
-        let unread = |name| unread(&folder, name, &presets);
-        assert_eq!(unread("Breezy"), Some(of_another));
-        assert_eq!([unread("My \"cloth\" 1/2"), unread("New")], [None, None]);
+        let other = |name| other_file(&folder, name, &OwnEffects::default());
+        assert_eq!(other("Breezy"), Some(of_another));
+        assert_eq!([other("My \"cloth\" 1/2"), other("New")], [None, None]);
         fs::remove_dir_all(&folder).expect("it was created");
         assert_eq!(presets, [preset]);
         assert_eq!(errors.len(), 2, "{errors:?}");

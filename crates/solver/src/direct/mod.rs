@@ -16,10 +16,11 @@
 //! precision. Everything is in `f64` and starts from the positions alone, so that no state outlives the
 //! substep.
 //!
-//! - The first step does not start at y but where the body would be if its forces balanced gravity, at
-//!   y − gh². At rest they do, the step is zero, and the rest shape is that of the equations, however
-//!   coarse the linear system is; from y, its error would be of second order in gh². In motion, the
-//!   solution is about as far from one as from the other.
+//! - The first step does not start at y but where the body would be if its forces balanced gravity and
+//!   its [uniform](super::Uniform) force, at y − gh². At rest they do, the step is zero, and the rest shape
+//!   is that of the equations, however coarse the linear system is; from y, its error would be of second
+//!   order in gh², as it is in the displacement by other force fields. In motion, the solution is about as
+//!   far from one as from the other.
 //! - An edge under tension also resists rotation, with force over length; without that a light rope
 //!   under a heavy weight flutters. The first tension is that of its length at the start of the
 //!   substep, or 0 in second-order steps. Where that of the solution differs by a relevant amount, as
@@ -54,7 +55,7 @@ mod tension;
 
 use super::elastic::Elastic as _;
 use super::{
-    Effects, ElasticKind, Method, Topology, TopologyId, effects::Multipliers,
+    Effects, ElasticKind, Finite, Method, Topology, TopologyId, effects::Multipliers,
     effects::kinds::iterate_kind, lanes::Instructions, particles::Part,
 };
 use assemble::{Assemble, Positions};
@@ -432,9 +433,12 @@ impl Workspace {
         self.w.extend(part.positions.iter().map(|x| f64::from(x.w)));
         // See the documentation of the module on the start of the first step.
         let fall = (given.gravity * (given.h * given.h)).as_dvec3();
-        for (x, &w) in self.x.iter_mut().zip(&self.w) {
+        let uniform = given.effects.uniform.unwrap_or_default();
+        let push = Finite::vector([uniform.x, uniform.y, uniform.z]) * f64::from(given.h).powi(2);
+        let weight = given.effects.force_weights(given.topology);
+        for (i, (x, &w)) in (0..).zip(self.x.iter_mut().zip(&self.w)) {
             if w > 0.0 {
-                *x -= fall;
+                *x -= fall + push * weight(i);
             }
         }
         for column in [&mut self.right, &mut self.step] {

@@ -12,7 +12,8 @@
 //! rotational energy is added, so that the stability of the method does not change.
 //!
 //! A body is free in a substep if it has no pins and no grab, touches nothing, is not stitched to a
-//! collider or another body, and only uniform forces act on it, on all of it. Otherwise it is stepped
+//! collider or another body, and only uniform forces act on it, on all of it (a mask of the whole body is
+//! none). Otherwise it is stepped
 //! as without this option. The cost is two passes over the particles, in `f64`, on one thread.
 
 use crate::{
@@ -62,7 +63,8 @@ pub(crate) fn is_free(effects: &Effects, stitches: &Stitches) -> bool {
         .iter()
         .any(|it| !it.broken && is_outside(it.to));
     let mut forces = ForceKind::ALL.into_iter();
-    let turns = |kind| kind != ForceKind::Uniform || effects.force_mask.is_some();
+    let masked = effects.force_mask.is_some_and(|mask| !mask.is_whole());
+    let turns = |kind| kind != ForceKind::Uniform || masked;
     let forced = forces.any(|kind| effects.has_force(kind) && turns(kind));
     effects.grab.is_none() && !stitched && !forced
 }

@@ -16,10 +16,10 @@ use serde::{Deserialize, Serialize};
 /// w = 1 − t²(3 − 2t), t = min(d/f, 1),
 ///
 /// with d the distance from the part and f the width of the transition; 1 inside. Every change of
-/// velocity by a force is multiplied by it. The result lies between the velocities without and with
-/// the force, so that what is stable and implicit, such as [`Drag`](crate::Drag), remains so.
+/// velocity by a force is multiplied by it. What is stable and implicit, such as [`Drag`](crate::Drag),
+/// remains so: the result lies between the velocities without and with the force.
 ///
-/// Along an axis in which the body is flat, all of it is inside. Where a lower limit is above the
+/// The bounding box is that of all vertices, also of those that no element uses. Along an axis in which the body is flat, all of it is inside. Where a lower limit is above the
 /// upper one, the part is empty and no force acts. Grains have no shape at rest: forces act on all
 /// of them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -64,8 +64,9 @@ impl Default for ForceMask {
     }
 }
 
-/// What is nearer to the part than this fraction of the longest side is inside: places at rest and
-/// fractions are rounded to f32, so that vertices on an edge would be inside by chance.
+/// What is nearer to the part than this fraction of the longest side, and the rounding of a coordinate to
+/// f32, is inside: places at rest and fractions are rounded, so that vertices on an edge would be inside by
+/// chance.
 const MARGIN: f64 = 1e-5;
 
 impl ForceMask {
@@ -75,13 +76,23 @@ impl ForceMask {
         self.low_x > self.high_x || self.low_y > self.high_y || self.low_z > self.high_z
     }
 
+    /// Whether the part is the whole body, so that all weights are 1.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        let [none, all] = [0.0, 1.0].map(Fraction::of);
+        [self.low_x, self.low_y, self.low_z] == [none; 3]
+            && [self.high_x, self.high_y, self.high_z] == [all; 3]
+    }
+
     /// Weight of each particle of a body, from 0 to 1; 1 for grains.
     pub fn weights<'a>(&self, topology: &'a Topology) -> impl Fn(u32) -> f64 + use<'a> {
         let [low, high] = topology.bounds.map(|corner| corner.as_dvec3());
         let at = |x: Fraction, y: Fraction, z: Fraction| {
             low + (high - low) * DVec3::new(x.into(), y.into(), z.into())
         };
-        let margin = DVec3::splat(MARGIN * (high - low).max_element());
+        let farthest = low.abs().max(high.abs()).max_element();
+        let rounding = f64::from(f32::EPSILON) * farthest;
+        let margin = DVec3::splat(MARGIN * (high - low).max_element() + rounding);
         let from = at(self.low_x, self.low_y, self.low_z) - margin;
         let to = at(self.high_x, self.high_y, self.high_z) + margin;
         let width = f64::from(self.fade) * (high - low).max_element();

@@ -12,7 +12,8 @@ const HALF_TURN: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
 ///
 /// The sum of both, the linking number of the rod with a line on its surface, stays the same whatever
 /// the rod does, unless a strand passes through another, which changes it by 2 (Călugăreanu 1959;
-/// Fuller, *The writhing number of a space curve*, 1971).
+/// Fuller, *The writhing number of a space curve*, 1971). It is known as long as neighboring segments are
+/// twisted against each other by less than half a turn: a turn more between them is not seen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RodLink {
@@ -24,16 +25,18 @@ pub struct RodLink {
 
 impl RodLink {
     /// The link of a rod that is one ring, for the positions of its particles [m] and its
-    /// [segments](crate::Particles::segments); those at rest where there are none yet. `None` for other
-    /// bodies. The time grows with the square of the number of segments.
+    /// [segments](crate::Particles::segments); where there are none yet, those with which the rod starts at
+    /// these positions. `None` for other bodies. The time grows with the square of the number of segments.
+    ///
+    /// # Panics
+    /// If a particle has no position.
     #[must_use]
     pub fn of(topology: &Topology, positions: &[DVec3], segments: &[SegmentState]) -> Option<Self> {
         let shape = RodShape::of(topology).ok()?;
         let ring = ring(&shape)?;
-        let at_rest: Vec<DQuat> = shape.segments().map(|it| it.orientation).collect();
-        let orientation = |i: usize| match segments.get(i) {
-            Some(segment) => segment.orientation,
-            None => at_rest[i],
+        let orientations: Vec<DQuat> = match segments.len() == shape.segments().count() {
+            true => segments.iter().map(|it| it.orientation).collect(),
+            false => shape.fit(|i| positions[i as usize]),
         };
         let points: Vec<DVec3> = ring
             .iter()
@@ -42,8 +45,8 @@ impl RodLink {
         let frames: Vec<DQuat> = ring
             .iter()
             .map(|step| match step.backward {
-                true => orientation(step.segment) * HALF_TURN,
-                false => orientation(step.segment),
+                true => orientations[step.segment] * HALF_TURN,
+                false => orientations[step.segment],
             })
             .collect();
         Some(Self {
@@ -119,8 +122,9 @@ fn writhe(points: &[DVec3]) -> f64 {
                 normal(c - b, c - a),
             ];
             let angle = |k: usize| {
-                let sine = normals[k].dot(normals[(k + 1) % 4]);
-                libm::asin(sine.clamp(-1.0, 1.0))
+                let [p, q] = [normals[k], normals[(k + 1) % 4]];
+                // The arcsine of p·q, which keeps its digits near ±1.
+                libm::atan2(p.dot(q), p.cross(q).length())
             };
             let side = (d - c).cross(b - a).dot(c - a);
             sum += (0..4).map(angle).sum::<f64>() * side.signum();

@@ -265,6 +265,11 @@ impl RodShape {
             .map(|segment| segment.nodes.map(ParticleIndex))
     }
 
+    /// The orientations with which the rod starts at these positions [m].
+    pub(super) fn fit(&self, at: impl Fn(u32) -> DVec3) -> Vec<DQuat> {
+        [self.chains.fit(&at), self.networks.fit(&at)].concat()
+    }
+
     /// The segments of chains and networks.
     pub(super) fn segments(&self) -> impl ExactSizeIterator<Item = &RestSegment> {
         let (chains, networks) = (&self.chains.segments, &self.networks.segments);
