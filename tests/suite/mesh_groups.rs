@@ -481,6 +481,24 @@ fn damaged_groups_are_an_error_only_for_parts() {
     }
 }
 
+/// Their elements belong to other entities than those of the groups.
+#[test]
+fn a_mesh_with_partitions_has_no_parts() {
+    let file = text("4.1");
+    let section = "$PartitionedEntities\n1\n0\n0 0 0 0\n$EndPartitionedEntities\n";
+    let end = "$EndEntities\n";
+    let partitioned = parts(
+        file.replacen(end, &format!("{end}{section}"), 1)
+            .as_bytes(),
+    );
+    assert_eq!(partitioned.whole(), parts(file.as_bytes()).whole());
+    let message = partitioned.part(STEEL).expect_err("partitioned").to_string();
+    assert!(
+        message.contains("$PartitionedEntities") && message.contains("Unpartition"),
+        "{message}"
+    );
+}
+
 /// Each of many damaged sections would be read to the end of the file.
 #[test]
 fn many_damaged_sections_are_read_in_a_time_in_proportion() {

@@ -146,6 +146,7 @@ impl Reader {
                     let points_in_boxes = self.version == Version::Four;
                     self.groups.entities(&mut source, points_in_boxes)?;
                 }
+                "$PartitionedEntities" => self.groups.partitioned(&mut source)?,
                 name if name.starts_with('$') && name.len() <= MAX_NAME_LENGTH => {
                     source.pass(&name.replacen('$', "$End", 1))?
                 }

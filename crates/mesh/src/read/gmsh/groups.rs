@@ -85,6 +85,15 @@ impl Groups {
         })
     }
 
+    /// Passes `$PartitionedEntities`, to which the elements of a mesh with partitions belong.
+    pub fn partitioned(&mut self, source: &mut Source) -> Result<(), MeshError> {
+        if self.problem.is_none() {
+            let expected = "a mesh without partitions, as Gmsh saves it after “Unpartition”";
+            self.problem = Some(source.wrong(expected));
+        }
+        source.pass("$EndPartitionedEntities")
+    }
+
     /// Reads a section. If it is damaged, it is passed, as the mesh does not need it; those after it
     /// are passed at once, so that the file is read through for one of them only.
     fn section(
