@@ -487,12 +487,12 @@ fn a_mesh_with_partitions_has_no_parts() {
     let file = text("4.1");
     let section = "$PartitionedEntities\n1\n0\n0 0 0 0\n$EndPartitionedEntities\n";
     let end = "$EndEntities\n";
-    let partitioned = parts(
-        file.replacen(end, &format!("{end}{section}"), 1)
-            .as_bytes(),
-    );
+    let partitioned = parts(file.replacen(end, &format!("{end}{section}"), 1).as_bytes());
     assert_eq!(partitioned.whole(), parts(file.as_bytes()).whole());
-    let message = partitioned.part(STEEL).expect_err("partitioned").to_string();
+    let message = partitioned
+        .part(STEEL)
+        .expect_err("partitioned")
+        .to_string();
     assert!(
         message.contains("$PartitionedEntities") && message.contains("Unpartition"),
         "{message}"
