@@ -112,7 +112,7 @@ fn extensions_that_a_file_enables_hold_in_the_effects_of_an_app() {
     })
     .expect("it can be written");
     let plain = effects("effects: (reach: (length: (2)))");
-    assert_eq!(plain.own, [given.clone()]);
+    assert_eq!(plain.own, std::slice::from_ref(&given));
     let file = |header: &str, length: &str| {
         let text = format!("{header}{}", text(&format!("reach: (length: {length})")));
         Scene::parse_with("test.ron", &text, &known())
