@@ -434,7 +434,8 @@ impl Workspace {
         // See the documentation of the module on the start of the first step.
         let fall = (given.gravity * (given.h * given.h)).as_dvec3();
         let uniform = given.effects.uniform.unwrap_or_default();
-        let push = Finite::vector([uniform.x, uniform.y, uniform.z]) * f64::from(given.h).powi(2);
+        let h = f64::from(given.h);
+        let push = Finite::vector([uniform.x, uniform.y, uniform.z]) * (h * h);
         let weight = given.effects.force_weights(given.topology);
         for (i, (x, &w)) in (0..).zip(self.x.iter_mut().zip(&self.w)) {
             if w > 0.0 {
