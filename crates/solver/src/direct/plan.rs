@@ -35,7 +35,7 @@ pub(crate) struct Run {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooLarge;
 
-/// Multiplications for a column of so many blocks below the diagonal.
+/// Number of multiplications for a column with this number of blocks below the diagonal.
 pub(super) const fn work_of(blocks: usize) -> u64 {
     let count = blocks as u64;
     27 * (count * (count + 1) / 2 + count)
