@@ -8,7 +8,7 @@
 //! follow from the implementation.
 
 use crate::{
-    Topology,
+    Threads, Topology,
     contact::collider::SweptCollider,
     kernel::sum::SquareSum,
     lanes::Instructions,
@@ -175,6 +175,8 @@ pub struct BodyPass<'a> {
     pub rolling_resistance: f32,
     /// The instruction set for lanes.
     pub instructions: Instructions,
+    /// Threads for an effect on the whole body.
+    pub threads: &'a Threads,
 }
 
 impl BodyPass<'_> {

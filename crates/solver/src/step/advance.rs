@@ -423,7 +423,11 @@ impl Stepper<'_> {
         context: &StepContext,
     ) -> Result<(), NotFinite> {
         let partitions = &topology.partitions;
-        let projections = self.effects.constraints(topology) * iterations;
+        // Passes over grains keep the threads awake for what is between them.
+        let projections = match self.effects.grains {
+            Some(_) => self.effects.load(topology, iterations.max(1)).projections,
+            None => self.effects.constraints(topology) * iterations,
+        };
         let phases = Phases::new(tasks, partitions);
         let task_context = TaskContext::new(topology, self, friction, context);
         let shared = SharedBody::new(self);
@@ -431,14 +435,27 @@ impl Stepper<'_> {
         // all pieces of the one before are done.
         let work =
             |phase: &Phase, piece: usize| unsafe { task_context.work(&shared, phase, piece) };
+        let serially = |phase: Phase| {
+            (0..phase.pieces.len()).try_for_each(|piece| work(&phase, piece))
+        };
+        let mut phases = phases;
         let result = if partitions.count() > 1 && context.threads.pays(projections) {
-            let executor = PhaseExecutor::new();
-            executor.work(context.threads, phases, &work)
+            let mut result = Ok(());
+            while result.is_ok() {
+                let shared = phases.clone().take_while(|phase| !phase.uses_threads());
+                let count = shared.clone().count();
+                if count > 0 {
+                    let executor = PhaseExecutor::new();
+                    result = executor.work(context.threads, shared, &work);
+                }
+                let Some(phase) = phases.nth(count).filter(|_| result.is_ok()) else {
+                    break;
+                };
+                result = serially(phase);
+            }
+            result
         } else {
-            let mut phases = phases;
-            phases.try_for_each(|phase| {
-                (0..phase.pieces.len()).try_for_each(|piece| work(&phase, piece))
-            })
+            phases.try_for_each(serially)
         };
         if shared.touched() {
             self.particles.touch();
@@ -613,6 +630,7 @@ impl<'a> TaskContext<'a> {
                         .grains
                         .map_or(0.0, |grains| grains.rolling_resistance.get()),
                     instructions,
+                    threads: self.context.threads,
                 };
                 let effect = (&self.effects, kind);
                 // SAFETY: the caller's promise; an effect on the whole body has it in one piece.

@@ -81,6 +81,12 @@ impl Phase<'_> {
         &self.tasks[..self.count]
     }
 
+    /// Whether it is a task that distributes its own work to threads.
+    pub fn uses_threads(&self) -> bool {
+        let grains = BodyEffectKind::Grains;
+        matches!(self.tasks(), &[Task::Body { kind, .. }] if kind == grains)
+    }
+
     /// Whether the body is in one piece, including overflow constraints.
     pub fn is_whole(&self) -> bool {
         self.side == Side::Whole

@@ -1,6 +1,7 @@
 //! Grains.
 
 mod contacts;
+mod kernels;
 mod neighbors;
 
 use super::body_effect::{
@@ -9,11 +10,12 @@ use super::body_effect::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Cohesion, Fraction, Friction, GrainRolling, RecoverySpeed, Topology, lanes::Instructions,
-    particles::Part, step::scope::WholeBody, topology::Identity,
+    Cohesion, Fraction, Friction, GrainRolling, RecoverySpeed, Topology, particles::Part,
+    step::scope::WholeBody, topology::Identity,
 };
-use contacts::{Contacts, Limits};
+use contacts::Contacts;
 use glam::{DVec3, Vec4};
+use kernels::Limits;
 use neighbors::Neighbors;
 use serde::{Deserialize, Serialize};
 
@@ -78,7 +80,6 @@ pub struct GrainsState {
     made_for: Option<Identity>,
     /// The current substep; `None` before the first pass of a tick.
     substep: Option<u32>,
-    instructions: Instructions,
     neighbors: Neighbors,
     contacts: Contacts,
 }
@@ -106,23 +107,21 @@ impl GrainsState {
     /// the tick alone.
     fn begin(&mut self, effect: &Grains, part: &Part, pass: &BodyPass) {
         let (substep, count) = pass.substep;
+        let machine = (pass.threads, pass.instructions);
         let is_known = self.is_of(pass.topology) && substep > 0 && self.contacts.fit(part);
         self.neighbors.follow(part);
         if !(is_known && self.neighbors.are_valid(part)) {
             self.made_for = Some(pass.topology.identity());
             let radii = &pass.topology.radii;
             self.neighbors
-                .find(part, radii, count - substep, self.instructions);
-            self.contacts.assign(&self.neighbors, part, radii);
+                .find(part, radii, count - substep, machine);
+            self.contacts
+                .assign(&self.neighbors, part, radii, pass.threads);
         }
         let recovery = effect.recovery_speed.get() * pass.h;
         let friction = effect.friction.get();
-        self.contacts.begin(
-            &self.neighbors,
-            part,
-            (recovery, friction, pass.h),
-            self.instructions,
-        );
+        self.contacts
+            .begin(part, (recovery, friction, pass.h), machine);
     }
 }
 
@@ -138,7 +137,7 @@ impl BodyEffect for Grains {
         state.get_or_insert_default().substep = None;
     }
 
-    fn solve(&self, state: &mut Self::State, mut part: Part, pass: &BodyPass) -> bool {
+    fn solve(&self, state: &mut Self::State, part: Part, pass: &BodyPass) -> bool {
         if pass.topology.radii.len() != part.positions.len() {
             return false;
         }
@@ -166,10 +165,10 @@ impl BodyEffect for Grains {
         let GrainsState {
             neighbors,
             contacts,
-            instructions,
             ..
         } = &mut **state;
-        contacts.solve(neighbors, part.reborrow(), (limits, pass.h), *instructions)
+        let machine = (pass.threads, pass.instructions);
+        contacts.solve(&neighbors.order, part, (limits, pass.h), machine)
     }
 
     fn begin_reference(&self, state: &mut Vec<ReferenceContact>, _: usize) {

@@ -1,14 +1,18 @@
 //! Finds the pairs of grains that may touch until one of them has moved too far.
 //!
-//! Grains are sorted into the cells of a grid. The order of the cells is also the order of all
-//! columns of the contacts, so that grains that touch are close in memory, wherever they come from.
+//! Grains are sorted into the cells of a grid, layer by layer along its longest axis. The order of the
+//! cells is also the order of all columns of the contacts, so that grains that touch are close in memory,
+//! wherever they come from. Many grains are cut into slabs of some layers, for several threads.
 
+use super::PAIRS_PER_GRAIN;
 use crate::{
+    Threads, WorkEstimate,
     lanes::{Instructions, Lanes, SimdWork, WIDTH},
     particles::Part,
 };
 use fearless_simd::{f32x8, prelude::*};
 use glam::{DVec3, UVec3, Vec3, Vec4};
+use std::ops::Range;
 
 /// Distance that a grain may move before pairs are found again, as fractions of its radius: at
 /// least, and at most. Larger values find more pairs less often.
@@ -25,13 +29,51 @@ const CELLS: u32 = 4;
 /// of the others large.
 const SPREAD: f64 = 4.0;
 
+/// Minimum number of grains in a slab, and of layers of cells: a pair rarely spans more than two slabs.
+/// Fewer under Miri, which is too slow for more.
+const SLAB: usize = if cfg!(miri) { 16 } else { 1024 };
+const LAYERS: usize = if cfg!(miri) { 1 } else { 4 };
+
+/// A range of slots, and the pairs found for them.
+#[derive(Debug, Clone, Default)]
+pub struct Slab {
+    /// The slots.
+    pub slots: Range<usize>,
+    /// With those of the slabs before and after it.
+    near: Range<usize>,
+    /// Pairs of two of its slots.
+    pub inside: Vec<[u32; 2]>,
+    /// Pairs with a slot of the slab before, and of the next one.
+    pub across: [Vec<[u32; 2]>; 2],
+    /// Pairs with other slots.
+    pub beyond: Vec<[u32; 2]>,
+}
+
+impl Slab {
+    fn lists(&self) -> [&Vec<[u32; 2]>; 4] {
+        let [before, next] = &self.across;
+        [&self.inside, before, next, &self.beyond]
+    }
+
+    /// Where a pair with another slot belongs.
+    fn list(&mut self, other: usize) -> &mut Vec<[u32; 2]> {
+        if self.slots.contains(&other) {
+            &mut self.inside
+        } else if self.near.contains(&other) {
+            &mut self.across[usize::from(other >= self.slots.end)]
+        } else {
+            &mut self.beyond
+        }
+    }
+}
+
 /// Pairs of grains that may touch.
 #[derive(Debug, Clone, Default)]
 pub struct Neighbors {
     /// The grain of each slot, in the order of the cells.
     pub order: Vec<u32>,
-    /// Pairs of slots.
-    pub pairs: Vec<[u32; 2]>,
+    /// Consecutive ranges of slots.
+    pub slabs: Vec<Slab>,
     /// Position of each slot when pairs were found [m].
     found_at: Vec<Vec3>,
     /// Distance that each may move from there, relative to the mean motion [m].
@@ -44,19 +86,27 @@ pub struct Neighbors {
     /// Start of the range of each cell, and the end of the last.
     starts: Vec<u32>,
     cells: Vec<u32>,
-    /// Coordinates of each slot when pairs were found, and its reach, the sum of its radius and its
-    /// margin [m]; with some more at the end that are infinitely far away.
+    /// Coordinates of each slot along the axes of the grid when pairs were found, and its reach, the sum
+    /// of its radius and its margin [m]; with some more at the end that are infinitely far away.
     columns: [Vec<f32>; 4],
 }
 
 /// Grid that covers most grains.
 struct Grid {
+    /// The axes of the world along which it is numbered; it is longest along the last one.
+    axes: [usize; 3],
     low: Vec3,
     per_length: f32,
     count: UVec3,
 }
 
 impl Grid {
+    /// Coordinates along its axes.
+    fn coordinates(&self, x: Vec3) -> Vec3 {
+        Vec3::from_array(self.axes.map(|axis| x[axis]))
+    }
+
+    /// Cell of a point, given by its coordinates along the axes.
     fn cell(&self, x: Vec3) -> UVec3 {
         // Casts saturate at 0.
         let at = (x - self.low) * self.per_length;
@@ -95,7 +145,13 @@ impl Neighbors {
     }
 
     /// Finds pairs; `substeps` are left in the tick.
-    pub fn find(&mut self, part: &Part, radii: &[f32], substeps: u32, instructions: Instructions) {
+    pub fn find(
+        &mut self,
+        part: &Part,
+        radii: &[f32],
+        substeps: u32,
+        (threads, instructions): (&Threads, Instructions),
+    ) {
         let count = part.positions.len();
         let at = |i: usize| part.positions[i].truncate();
         let mean_motion = self.mean_motion.as_vec3();
@@ -112,7 +168,7 @@ impl Neighbors {
         self.starts
             .resize(grid.count.element_product() as usize + 1, 0);
         for i in 0..count {
-            let cell = grid.number(grid.cell(at(i)));
+            let cell = grid.number(grid.cell(grid.coordinates(at(i))));
             self.cells.push(cell as u32);
             self.starts[cell + 1] += 1;
         }
@@ -140,7 +196,7 @@ impl Neighbors {
             let margin = margin(i);
             self.found_at.push(at(i));
             self.margins.push(margin);
-            let [x, y, z] = at(i).to_array();
+            let [x, y, z] = grid.coordinates(at(i)).to_array();
             let values = [x, y, z, radii[i] + margin];
             for (column, value) in self.columns.iter_mut().zip(values) {
                 column.push(value);
@@ -149,11 +205,45 @@ impl Neighbors {
         for column in &mut self.columns {
             column.resize(count + WIDTH, f32::INFINITY);
         }
-        self.pairs.clear();
-        instructions.run(FindPairs {
-            neighbors: self,
-            grid: &grid,
+        self.cut(&grid);
+        let Self {
+            slabs,
+            columns,
+            starts,
+            ..
+        } = self;
+        // A pair is found in about the time of a projection.
+        let estimate = |slab: &Slab| WorkEstimate {
+            projections: PAIRS_PER_GRAIN * slab.slots.len(),
+            ..WorkEstimate::default()
+        };
+        threads.for_each(slabs, estimate, &|slab: &mut Slab, _: &Threads| {
+            instructions.run(FindPairs {
+                slab,
+                columns,
+                starts,
+                grid: &grid,
+            });
         });
+    }
+
+    /// Cuts the slots into slabs of the same number, and assigns them to their neighbors.
+    fn cut(&mut self, grid: &Grid) {
+        let slots = self.order.len();
+        let layers = grid.count.z as usize;
+        let count = (slots / SLAB).min(layers / LAYERS).max(1);
+        self.slabs.resize_with(count, Slab::default);
+        let start = |k: usize| slots * k.min(count) / count;
+        for (k, slab) in self.slabs.iter_mut().enumerate() {
+            slab.slots = start(k)..start(k + 1);
+            slab.near = start(k.saturating_sub(1))..start(k + 2);
+        }
+    }
+
+    /// Number of pairs.
+    pub fn pairs(&self) -> usize {
+        let lists = self.slabs.iter().flat_map(Slab::lists);
+        lists.map(Vec::len).sum()
     }
 
     /// A grid whose cells are about as large as the reach of a typical grain.
@@ -173,6 +263,8 @@ impl Neighbors {
         low = low.max((self.mean - spread).as_vec3());
         high = high.min((self.mean + spread).as_vec3()).max(low);
         let size = high - low;
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|&a, &b| size[a].total_cmp(&size[b]));
         let mut cell = (2.0 * (1.0 + MARGIN[0]) * (radius / count) as f32)
             .max(1e-3 * size.max_element())
             .max(f32::MIN_POSITIVE);
@@ -184,17 +276,19 @@ impl Neighbors {
         while cells(cell).element_product() > most {
             cell *= 1.25;
         }
+        let along = |of: UVec3| UVec3::from_array(axes.map(|axis| of[axis]));
         Grid {
-            low,
+            axes,
+            low: Vec3::from_array(axes.map(|axis| low[axis])),
             per_length: 1.0 / cell,
-            count: cells(cell),
+            count: along(cells(cell)),
         }
     }
 
     /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.order[..])
-            + size_of_val(&self.pairs[..])
+            + self.pairs() * size_of::<[u32; 2]>()
             + size_of_val(&self.found_at[..])
             + size_of_val(&self.margins[..])
             + size_of_val(&self.starts[..])
@@ -207,23 +301,25 @@ impl Neighbors {
     }
 }
 
-/// Finds the pairs of each slot with slots of shorter reach, and of equal reach after it.
+/// Finds the pairs of each slot of a slab with slots of shorter reach, and of equal reach after it.
 struct FindPairs<'a> {
-    neighbors: &'a mut Neighbors,
+    slab: &'a mut Slab,
+    columns: &'a [Vec<f32>; 4],
+    starts: &'a [u32],
     grid: &'a Grid,
 }
 
 impl SimdWork for FindPairs<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let Neighbors {
-            found_at,
-            columns: [xs, ys, zs, reaches],
-            starts,
-            pairs,
-            ..
-        } = self.neighbors;
-        for (slot, &at) in found_at.iter().enumerate() {
+        let [xs, ys, zs, reaches] = self.columns;
+        let slab = self.slab;
+        let slots = slab.slots.clone();
+        slab.inside.clear();
+        slab.across.iter_mut().for_each(Vec::clear);
+        slab.beyond.clear();
+        for slot in slots.clone() {
+            let at = Vec3::new(xs[slot], ys[slot], zs[slot]);
             let reach = reaches[slot];
             let low = self.grid.cell(at - 2.0 * reach);
             let high = self.grid.cell(at + 2.0 * reach);
@@ -232,8 +328,8 @@ impl SimdWork for FindPairs<'_> {
             for cell_z in low.z..=high.z {
                 for cell_y in low.y..=high.y {
                     let row = |cell_x| self.grid.number(UVec3::new(cell_x, cell_y, cell_z));
-                    let first = starts[row(low.x)] as usize;
-                    let end = starts[row(high.x) + 1] as usize;
+                    let first = self.starts[row(low.x)] as usize;
+                    let end = self.starts[row(high.x) + 1] as usize;
                     for others in (first..end).step_by(WIDTH) {
                         let eight = |column: &[f32]| {
                             f32x8::from_slice(simd, &column[others..others + WIDTH])
@@ -247,7 +343,7 @@ impl SimdWork for FindPairs<'_> {
                             let other = others + found.trailing_zeros() as usize;
                             found &= found - 1;
                             if other < end && (other > slot || reaches[other] < reach) {
-                                pairs.push([slot as u32, other as u32]);
+                                slab.list(other).push([slot as u32, other as u32]);
                             }
                         }
                     }
