@@ -435,9 +435,8 @@ impl Stepper<'_> {
         // all pieces of the one before are done.
         let work =
             |phase: &Phase, piece: usize| unsafe { task_context.work(&shared, phase, piece) };
-        let serially = |phase: Phase| {
-            (0..phase.pieces.len()).try_for_each(|piece| work(&phase, piece))
-        };
+        let serially =
+            |phase: Phase| (0..phase.pieces.len()).try_for_each(|piece| work(&phase, piece));
         let mut phases = phases;
         let result = if partitions.count() > 1 && context.threads.pays(projections) {
             let mut result = Ok(());

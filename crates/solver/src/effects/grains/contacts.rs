@@ -7,7 +7,7 @@
 
 use super::{
     PAIRS_PER_GRAIN,
-    kernels::{Begin, Block, Limits, Pass, Piece, Roll, Start},
+    kernels::{Begin, Block, Limits, Pass, Piece, Roll, Start, Warm},
     neighbors::{Neighbors, Slab},
 };
 use crate::{
@@ -31,6 +31,8 @@ struct Batch {
     /// Places of its slabs in the columns.
     places: Range<usize>,
     blocks: Vec<Block>,
+    /// One for each block.
+    starts: Vec<Start>,
     /// One for each block, if the grains rotate.
     rolls: Vec<Roll>,
     pairs: usize,
@@ -58,7 +60,7 @@ pub struct Contacts {
     /// Displacement of the surface by rotation in the substep [m], if the grains rotate.
     turns: Vec<Vec4>,
     /// Positions and carries [m].
-    starts: Vec<Vec4>,
+    positions: Vec<Vec4>,
     carries: Vec<Vec4>,
     /// Place of each grain.
     places: Vec<u32>,
@@ -121,8 +123,9 @@ impl Batch {
         lanes[COLORS] = next;
         next += counts[COLORS] * WIDTH;
         self.blocks.clear();
-        self.blocks
-            .resize(next / WIDTH, Block::unused(places - 1));
+        self.blocks.resize(next / WIDTH, Block::unused(places - 1));
+        self.starts.clear();
+        self.starts.resize(self.blocks.len(), Start::default());
         self.rolls.clear();
         if !part.spins.is_empty() {
             self.rolls.resize(self.blocks.len(), Roll::default());
@@ -140,7 +143,7 @@ impl Batch {
                 block.places[side][lane] = place(pair[side]) as u32;
                 block.weights[side][lane] = part.positions[grains[side]].w;
             }
-            block.distance[lane] = radii[grains[0]] + radii[grains[1]];
+            self.starts[number].distance[lane] = radii[grains[0]] + radii[grains[1]];
             if let Some(roll) = self.rolls.get_mut(number) {
                 for side in 0..2 {
                     roll.curvatures[side][lane] = 1.0 / radii[grains[side]];
@@ -158,6 +161,7 @@ impl Batch {
 
     fn bytes(&self) -> usize {
         size_of_val(&self.blocks[..])
+            + size_of_val(&self.starts[..])
             + size_of_val(&self.rolls[..])
             + size_of_val(&self.taken[..])
             + size_of_val(&self.colors[..])
@@ -188,6 +192,7 @@ impl Work<'_> {
     fn piece(&mut self) -> Piece<'_> {
         Piece {
             blocks: &mut self.batch.blocks,
+            starts: &self.batch.starts,
             rolls: &mut self.batch.rolls,
             motions: self.motions,
             turns: self.turns,
@@ -247,7 +252,7 @@ impl Contacts {
 
     /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
-        let columns = [&self.motions, &self.turns, &self.starts, &self.carries];
+        let columns = [&self.motions, &self.turns, &self.positions, &self.carries];
         let columns = columns.iter().map(|it| size_of_val(&it[..]));
         columns.sum::<usize>()
             + size_of_val(&self.places[..])
@@ -296,7 +301,7 @@ impl Contacts {
             let pairs = it.pairs.iter().copied().flatten();
             it.batch.assign(it.slabs, pairs, grains);
         });
-        let columns = [&mut self.motions, &mut self.starts, &mut self.carries];
+        let columns = [&mut self.motions, &mut self.positions, &mut self.carries];
         for column in columns {
             column.clear();
             column.resize(order.len() + count, Vec4::ZERO);
@@ -318,7 +323,7 @@ impl Contacts {
     ) {
         self.is_new = true;
         for (i, &place) in self.places.iter().enumerate() {
-            self.starts[place as usize] = part.positions[i];
+            self.positions[place as usize] = part.positions[i];
             self.carries[place as usize] = part.carry[i];
         }
         if self.rotates {
@@ -327,7 +332,7 @@ impl Contacts {
             }
         }
         let Self {
-            starts,
+            positions,
             carries,
             turns,
             ..
@@ -335,18 +340,23 @@ impl Contacts {
         let between = self.across.iter_mut().chain([&mut self.beyond]);
         let mut batches: Vec<_> = self.inside.iter_mut().chain(between).collect();
         let estimate = |batch: &&mut Batch| batch.estimate();
-        threads.for_each(&mut batches, estimate, &|batch: &mut &mut Batch, _: &Threads| {
-            let places = batch.places.clone();
-            instructions.run(Begin {
-                blocks: &mut batch.blocks,
-                rolls: &mut batch.rolls,
-                starts: &starts[places.clone()],
-                carries: &carries[places.clone()],
-                turns: turns.get(places).unwrap_or_default(),
-                recovery,
-                friction,
-            });
-        });
+        threads.for_each(
+            &mut batches,
+            estimate,
+            &|batch: &mut &mut Batch, _: &Threads| {
+                let places = batch.places.clone();
+                instructions.run(Begin {
+                    blocks: &mut batch.blocks,
+                    rolls: &mut batch.rolls,
+                    starts: &mut batch.starts,
+                    positions: &positions[places.clone()],
+                    carries: &carries[places.clone()],
+                    turns: turns.get(places).unwrap_or_default(),
+                    recovery,
+                    friction,
+                });
+            },
+        );
     }
 
     /// One pass over all contacts; returns whether one of them acts.
@@ -359,7 +369,7 @@ impl Contacts {
     ) -> bool {
         let rotates = self.rotates;
         let acts = AtomicBool::new(false);
-        let start = |work: &mut Work| instructions.run(Start(work.piece()));
+        let warm = |work: &mut Work| instructions.run(Warm(work.piece()));
         let pass = |work: &mut Work| {
             let mut acts_here = false;
             let (piece, acts_too) = (work.piece(), &mut acts_here);
@@ -384,12 +394,12 @@ impl Contacts {
         self.each_inside(threads, &|work| {
             work.read(order, read, h);
             match is_new {
-                true => start(work),
+                true => warm(work),
                 false => pass(work),
             }
         });
         if is_new {
-            self.each_between(threads, &start);
+            self.each_between(threads, &warm);
             self.each_inside(threads, &pass);
         }
         self.each_between(threads, &pass);

@@ -35,19 +35,24 @@ pub struct Block {
     pub places: [[u32; WIDTH]; 2],
     /// Inverse masses [1/kg].
     pub weights: [[f32; WIDTH]; 2],
-    /// Sum of the radii [m].
-    pub distance: [f32; WIDTH],
     normal: [[f32; WIDTH]; 3],
     /// Distance at the start of the substep beyond that to maintain [m].
     gap: [f32; WIDTH],
-    /// 1 if the grains touch at the start of the substep, otherwise 0.
-    touches: [f32; WIDTH],
     /// λₙ and λₜ [kg·m].
     push: [f32; WIDTH],
     friction: [[f32; WIDTH]; 3],
     /// Slip before the substep that friction has not taken back yet [m]. Without it, what a pass
     /// leaves would be lost, and piles would creep.
     anchor: [[f32; WIDTH]; 3],
+}
+
+/// What passes do not need of eight contacts: separate, so that they read less.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Start {
+    /// Sum of the radii [m].
+    pub distance: [f32; WIDTH],
+    /// 1 if the grains touch at the start of the substep, otherwise 0; for cohesion.
+    touches: [f32; WIDTH],
     /// Vector between the grains at the start of the last substep [m].
     apart: [[f32; WIDTH]; 3],
 }
@@ -228,9 +233,10 @@ const WARM: f32 = 0.5;
 /// Normals and gaps; multipliers and anchors from those of the last substep.
 pub struct Begin<'a> {
     pub blocks: &'a mut [Block],
+    pub starts: &'a mut [Start],
     pub rolls: &'a mut [Roll],
     /// Positions, carries and rotations of the places [m].
-    pub starts: &'a [Vec4],
+    pub positions: &'a [Vec4],
     pub carries: &'a [Vec4],
     pub turns: &'a [Vec4],
     /// Distance by which overlapping grains separate at most [m].
@@ -244,23 +250,24 @@ impl SimdWork for Begin<'_> {
     fn run<L: Lanes>(self, simd: L) {
         let Self {
             blocks,
-            rolls,
             starts,
+            rolls,
+            positions,
             carries,
             turns,
             ..
         } = self;
         let zero = f32x8::splat(simd, 0.0);
         let one = f32x8::splat(simd, 1.0);
-        for (number, block) in blocks.iter_mut().enumerate() {
-            let [a, b] = block.places.map(|places| rows(simd, starts, &places));
+        for (number, (block, start)) in blocks.iter_mut().zip(starts).enumerate() {
+            let [a, b] = block.places.map(|places| rows(simd, positions, &places));
             let [c, d] = block.places.map(|places| rows(simd, carries, &places));
             let apart = std::array::from_fn(|k| (a[k] - b[k]) + (c[k] - d[k]));
             let [x, y, z, _] = simd.transpose(apart);
             let length = dot(&[x, y, z], &[x, y, z]).sqrt();
             let has_direction = length.simd_gt(zero);
             let inverse = has_direction.select(one / has_direction.select(length, one), zero);
-            let distance = f32x8::from_slice(simd, &block.distance);
+            let distance = f32x8::from_slice(simd, &start.distance);
             let kept = distance.min(length + self.recovery);
             let normal = [x * inverse, y * inverse, z * inverse];
             for (to, along) in block.normal.iter_mut().zip(normal) {
@@ -268,12 +275,12 @@ impl SimdWork for Begin<'_> {
             }
             block.gap = (length - kept).into();
             let touches = length.simd_lt(distance * (1.0 + TOUCHING));
-            block.touches = touches.select(one, zero).into();
+            start.touches = touches.select(one, zero).into();
             let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
             let push = load(&block.push);
             let friction = block.friction.each_ref().map(load);
             let slip: Vectors<L> = std::array::from_fn(|k| {
-                load(&block.anchor[k]) + ([x, y, z][k] - load(&block.apart[k]))
+                load(&block.anchor[k]) + ([x, y, z][k] - load(&start.apart[k]))
             });
             let friction = tangential(&normal, friction);
             let slip = match rolls.get_mut(number) {
@@ -297,7 +304,7 @@ impl SimdWork for Begin<'_> {
             for k in 0..3 {
                 block.friction[k] = (friction[k] * WARM).into();
                 block.anchor[k] = (slip[k] * scale).into();
-                block.apart[k] = [x, y, z][k].into();
+                start.apart[k] = [x, y, z][k].into();
             }
         }
     }
@@ -306,6 +313,8 @@ impl SimdWork for Begin<'_> {
 /// Contacts, with the columns of their grains.
 pub struct Piece<'a> {
     pub blocks: &'a mut [Block],
+    /// One for each block.
+    pub starts: &'a [Start],
     /// One for each block, if the grains rotate.
     pub rolls: &'a mut [Roll],
     /// Displacements in the substep [m] in xyz.
@@ -315,9 +324,9 @@ pub struct Piece<'a> {
 }
 
 /// Moves grains by the multipliers.
-pub struct Start<'a>(pub Piece<'a>);
+pub struct Warm<'a>(pub Piece<'a>);
 
-impl SimdWork for Start<'_> {
+impl SimdWork for Warm<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Piece {
@@ -325,6 +334,7 @@ impl SimdWork for Start<'_> {
             rolls,
             motions,
             turns,
+            ..
         } = self.0;
         let zero = f32x8::splat(simd, 0.0);
         for (number, block) in blocks.iter_mut().enumerate() {
@@ -373,6 +383,7 @@ impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
     fn run<L: Lanes>(self, simd: L) {
         let Piece {
             blocks,
+            starts,
             rolls,
             motions,
             turns,
@@ -395,7 +406,10 @@ impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
             let weight = weights[0] + weights[1];
             let inverse = inverse(simd, weight);
             let before = load(&block.push);
-            let pull = load(&block.touches) * cohesion;
+            let pull = match cohesion > 0.0 {
+                true => load(&starts[number].touches) * cohesion,
+                false => zero,
+            };
             let along = dot(&normal, &[x, y, z]);
             let error = load(&block.gap) + along;
             let push = (before - error * inverse).max(zero - pull);

@@ -113,8 +113,7 @@ impl GrainsState {
         if !(is_known && self.neighbors.are_valid(part)) {
             self.made_for = Some(pass.topology.identity());
             let radii = &pass.topology.radii;
-            self.neighbors
-                .find(part, radii, count - substep, machine);
+            self.neighbors.find(part, radii, count - substep, machine);
             self.contacts
                 .assign(&self.neighbors, part, radii, pass.threads);
         }
