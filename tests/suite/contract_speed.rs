@@ -16,8 +16,9 @@ use pliant::{
     },
     simulation::{Profile, SolvePhase, SolveSchedule, SolverThreads, state_hash},
     solver::{
-        Body, Collide, Collider, ColliderShape, Effects, Grab, Instructions, ParticleIndex, Path,
-        Pose, RestShape, SurfacePoint, Threads, VertexIndex, World, memory::solver_bytes,
+        Body, Collide, Collider, ColliderShape, Effects, Grab, GrainRolling, Grains, Ground,
+        Instructions, ParticleIndex, Path, Pose, RestShape, SurfacePoint, Threads, VertexIndex,
+        World, memory::solver_bytes,
     },
 };
 use std::{
@@ -39,6 +40,19 @@ fn sheet(side: u32) -> RestShape {
         cells: UVec2::splat(side - 1),
         diagonals: Default::default(),
         shear: true,
+    }
+    .build()
+    .expect("sound")
+    .shape
+}
+
+/// Some 5000 grains.
+fn column() -> RestShape {
+    Primitive::Grains {
+        size: Vec3::new(0.3, 0.9, 0.3),
+        region: Default::default(),
+        radius: 0.0115,
+        variation: 0.2,
     }
     .build()
     .expect("sound")
@@ -69,6 +83,18 @@ fn crowd() -> World {
         cube.translate(Vec3::new(-3.0 - place as f32, 0.5, 0.0));
         bodies.push(cube);
     }
+    // Columns of grains in several slabs, which rotate or do not.
+    for (place, rolling_resistance) in [(2.0, 0.05), (3.0, f32::INFINITY)] {
+        let mut sand = body("sand", column(), 1600.0);
+        sand.effects.grains = Some(Grains {
+            rolling_resistance: GrainRolling::of(rolling_resistance),
+            ..Grains::default()
+        });
+        sand.effects.ground = Some(Ground::default());
+        sand.update_masses();
+        sand.translate(Vec3::new(place, 0.45, 0.0));
+        bodies.push(sand);
+    }
     let ball = ColliderShape::Sphere { radius: 0.6 };
     let shake = Path::Oscillate {
         travel: Vec3::new(0.0, 0.3, 0.4),
@@ -91,6 +117,8 @@ fn run(mut world: World, ticks: u32) -> u64 {
 /// The same bits on 1, 2, 3 and 8 threads, and in two successive runs.
 #[test]
 fn no_number_of_threads_changes_a_bit() {
+    let sand = column().radii.len();
+    assert!(sand > 4096, "{sand} grains are not enough for threads");
     let expected = run(crowd(), 20);
     for count in [1, 2, 3, 8, 8] {
         let threads = Threads::new(count).expect("so many can be had");

@@ -126,15 +126,30 @@ impl Threads {
         large.for_each(|item| work(item, self));
         let small = || items.iter().filter(|item| !is_large(item));
         // A single remaining item does not justify waking other threads.
-        if small().count() < 2 || !self.pays(small().map(projections).sum()) {
-            let small = items.iter_mut().filter(|item| !is_large(item));
-            return small.for_each(|item| work(item, &one));
+        let projections = match small().count() {
+            0 | 1 => 0,
+            _ => small().map(projections).sum(),
+        };
+        let small = items.iter_mut().filter(|item| !is_large(item));
+        self.share(small, projections, &|item| work(item, &one));
+    }
+
+    /// Performs `work` for each of the items, on all threads if this number of projections
+    /// justifies that.
+    pub fn share<T>(
+        &self,
+        items: impl Iterator<Item = T> + Send,
+        projections: usize,
+        work: &(impl Fn(T) + Sync),
+    ) {
+        if !self.pays(projections) {
+            return items.for_each(work);
         }
-        let rest = Mutex::new(items.iter_mut().filter(|item| !is_large(item)));
+        let rest = Mutex::new(items);
         let next = || rest.lock().unwrap_or_else(PoisonError::into_inner).next();
         self.run(&|_| {
             while let Some(item) = next() {
-                work(item, &one);
+                work(item);
             }
         });
     }

@@ -11,7 +11,7 @@ use super::{
     neighbors::{Neighbors, Slab},
 };
 use crate::{
-    Threads, WorkEstimate,
+    Threads,
     lanes::{Instructions, WIDTH},
     particles::Part,
 };
@@ -64,14 +64,6 @@ pub struct Contacts {
     carries: Vec<Vec4>,
     /// Place of each grain.
     places: Vec<u32>,
-}
-
-/// Pairs to assign to a batch.
-struct Assignment<'a> {
-    batch: &'a mut Batch,
-    /// Slabs of the batch, and the number of the first.
-    slabs: (usize, &'a [Slab]),
-    pairs: Vec<&'a Vec<[u32; 2]>>,
 }
 
 /// Number of colors; contacts beyond have a block each.
@@ -152,13 +144,6 @@ impl Batch {
         }
     }
 
-    fn estimate(&self) -> WorkEstimate {
-        WorkEstimate {
-            projections: self.pairs,
-            ..WorkEstimate::default()
-        }
-    }
-
     fn bytes(&self) -> usize {
         size_of_val(&self.blocks[..])
             + size_of_val(&self.starts[..])
@@ -202,25 +187,28 @@ impl Work<'_> {
 
 /// Performs `work` for batches that share no place, in ascending order.
 fn each<'a>(
-    batches: impl Iterator<Item = &'a mut Batch>,
+    batches: impl Iterator<Item = &'a mut Batch> + Send,
+    pairs: usize,
     (mut motions, mut turns): (&'a mut [Vec4], &'a mut [Vec4]),
     threads: &Threads,
-    work: &(impl Fn(&mut Work) + Sync),
+    work: &(impl Fn(Work) + Sync),
 ) {
     let mut taken = 0;
-    let mut all: Vec<Work> = batches
-        .map(|batch| {
-            let (skipped, count) = (batch.places.start - taken, batch.places.len());
-            taken = batch.places.end;
-            Work {
-                motions: cut(&mut motions, skipped, count),
-                turns: cut(&mut turns, skipped, count),
-                batch,
-            }
-        })
-        .collect();
-    let estimate = |it: &Work| it.batch.estimate();
-    threads.for_each(&mut all, estimate, &|it: &mut Work, _: &Threads| work(it));
+    let parts = batches.map(|batch| {
+        let (skipped, count) = (batch.places.start - taken, batch.places.len());
+        taken = batch.places.end;
+        Work {
+            motions: cut(&mut motions, skipped, count),
+            turns: cut(&mut turns, skipped, count),
+            batch,
+        }
+    });
+    threads.share(parts, pairs, work);
+}
+
+/// Number of pairs of batches.
+fn pairs<'a>(batches: impl Iterator<Item = &'a Batch>) -> usize {
+    batches.map(|batch| batch.pairs).sum()
 }
 
 /// Takes some items off the front of a column, after others; none if it has none.
@@ -247,7 +235,7 @@ impl Contacts {
 
     /// Number of pairs.
     pub fn pairs(&self) -> usize {
-        self.batches().map(|batch| batch.pairs).sum()
+        pairs(self.batches())
     }
 
     /// Memory use in bytes.
@@ -273,34 +261,21 @@ impl Contacts {
                 self.places[order[slot] as usize] = (slot + number) as u32;
             }
         }
-        let inside = self.inside.iter_mut().zip(slabs).enumerate();
-        let inside = inside.map(|(number, (batch, slab))| Assignment {
-            batch,
-            slabs: (number, slice::from_ref(slab)),
-            pairs: vec![&slab.inside],
-        });
-        let across = self.across.iter_mut().zip(slabs.windows(2)).enumerate();
-        let across = across.map(|(number, (batch, slabs))| Assignment {
-            batch,
-            slabs: (number, slabs),
-            pairs: vec![&slabs[0].across[1], &slabs[1].across[0]],
-        });
-        let beyond = Assignment {
-            batch: &mut self.beyond,
-            slabs: (0, slabs),
-            pairs: slabs.iter().map(|slab| &slab.beyond).collect(),
-        };
-        let mut all: Vec<_> = inside.chain(across).chain([beyond]).collect();
         let grains = (&order[..], part, radii);
         // About the time of four projections.
-        let estimate = |it: &Assignment| WorkEstimate {
-            projections: 4 * it.pairs.iter().map(|list| list.len()).sum::<usize>(),
-            ..WorkEstimate::default()
-        };
-        threads.for_each(&mut all, estimate, &|it: &mut Assignment, _: &Threads| {
-            let pairs = it.pairs.iter().copied().flatten();
-            it.batch.assign(it.slabs, pairs, grains);
+        let projections = 4 * neighbors.pairs();
+        let inside = self.inside.iter_mut().zip(slabs).enumerate();
+        threads.share(inside, projections, &|(number, (batch, slab))| {
+            let slabs = (number, slice::from_ref(slab));
+            batch.assign(slabs, slab.inside.iter(), grains);
         });
+        let across = self.across.iter_mut().zip(slabs.windows(2)).enumerate();
+        threads.share(across, projections, &|(number, (batch, slabs))| {
+            let pairs = slabs[0].across[1].iter().chain(&slabs[1].across[0]);
+            batch.assign((number, slabs), pairs, grains);
+        });
+        let beyond = slabs.iter().flat_map(|slab| &slab.beyond);
+        self.beyond.assign((0, slabs), beyond, grains);
         let columns = [&mut self.motions, &mut self.positions, &mut self.carries];
         for column in columns {
             column.clear();
@@ -337,26 +312,22 @@ impl Contacts {
             turns,
             ..
         } = self;
+        let projections = pairs(self.inside.iter());
         let between = self.across.iter_mut().chain([&mut self.beyond]);
-        let mut batches: Vec<_> = self.inside.iter_mut().chain(between).collect();
-        let estimate = |batch: &&mut Batch| batch.estimate();
-        threads.for_each(
-            &mut batches,
-            estimate,
-            &|batch: &mut &mut Batch, _: &Threads| {
-                let places = batch.places.clone();
-                instructions.run(Begin {
-                    blocks: &mut batch.blocks,
-                    rolls: &mut batch.rolls,
-                    starts: &mut batch.starts,
-                    positions: &positions[places.clone()],
-                    carries: &carries[places.clone()],
-                    turns: turns.get(places).unwrap_or_default(),
-                    recovery,
-                    friction,
-                });
-            },
-        );
+        let batches = self.inside.iter_mut().chain(between);
+        threads.share(batches, projections, &|batch: &mut Batch| {
+            let places = batch.places.clone();
+            instructions.run(Begin {
+                blocks: &mut batch.blocks,
+                rolls: &mut batch.rolls,
+                starts: &mut batch.starts,
+                positions: &positions[places.clone()],
+                carries: &carries[places.clone()],
+                turns: turns.get(places).unwrap_or_default(),
+                recovery,
+                friction,
+            });
+        });
     }
 
     /// One pass over all contacts; returns whether one of them acts.
@@ -369,8 +340,8 @@ impl Contacts {
     ) -> bool {
         let rotates = self.rotates;
         let acts = AtomicBool::new(false);
-        let warm = |work: &mut Work| instructions.run(Warm(work.piece()));
-        let pass = |work: &mut Work| {
+        let warm = |mut work: Work| instructions.run(Warm(work.piece()));
+        let pass = |mut work: Work| {
             let mut acts_here = false;
             let (piece, acts_too) = (work.piece(), &mut acts_here);
             match rotates {
@@ -391,7 +362,7 @@ impl Contacts {
         };
         let is_new = mem::take(&mut self.is_new);
         let read = &part;
-        self.each_inside(threads, &|work| {
+        self.each_inside(threads, &|mut work: Work| {
             work.read(order, read, h);
             match is_new {
                 true => warm(work),
@@ -411,20 +382,23 @@ impl Contacts {
     }
 
     /// Performs `work` for the contacts inside of each slab.
-    fn each_inside(&mut self, threads: &Threads, work: &(impl Fn(&mut Work) + Sync)) {
+    fn each_inside(&mut self, threads: &Threads, work: &(impl Fn(Work) + Sync)) {
+        let projections = pairs(self.inside.iter());
         let columns = (&mut self.motions[..], &mut self.turns[..]);
-        each(self.inside.iter_mut(), columns, threads, work);
+        each(self.inside.iter_mut(), projections, columns, threads, work);
     }
 
     /// Performs `work` for the contacts between slabs.
-    fn each_between(&mut self, threads: &Threads, work: &(impl Fn(&mut Work) + Sync)) {
+    fn each_between(&mut self, threads: &Threads, work: &(impl Fn(Work) + Sync)) {
         for first in 0..2 {
+            let projections = pairs(self.across.iter().skip(first).step_by(2));
             let batches = self.across.iter_mut().skip(first).step_by(2);
             let columns = (&mut self.motions[..], &mut self.turns[..]);
-            each(batches, columns, threads, work);
+            each(batches, projections, columns, threads, work);
         }
+        let batches = iter::once(&mut self.beyond);
         let columns = (&mut self.motions[..], &mut self.turns[..]);
-        each(iter::once(&mut self.beyond), columns, threads, work);
+        each(batches, 0, columns, threads, work);
     }
 
     /// Moves the particles of a body.
@@ -435,21 +409,16 @@ impl Contacts {
         let carries = part.carry.chunks(size);
         let mut spins = part.spins.chunks_mut(size);
         let chunks = displacements.zip(carries).zip(self.places.chunks(size));
-        let mut chunks: Vec<_> = chunks
-            .map(|particles| (particles, spins.next().unwrap_or_default()))
-            .collect();
-        // Threads are awake after a pass.
-        let estimate = |_: &_| WorkEstimate {
-            projections: PAIRS_PER_GRAIN * size,
-            ..WorkEstimate::default()
-        };
-        threads.for_each(&mut chunks, estimate, &|(particles, spins), _: &Threads| {
+        let chunks = chunks.map(|particles| (particles, spins.next().unwrap_or_default()));
+        // A motion takes less time than a projection, but threads are awake after a pass.
+        let projections = PAIRS_PER_GRAIN * self.places.len();
+        threads.share(chunks, projections, &|(particles, spins)| {
             let ((displacements, carries), places) = particles;
-            for (spin, &place) in spins.iter_mut().zip(*places) {
+            for (spin, &place) in spins.iter_mut().zip(places) {
                 *spin = (turns[place as usize] / h).with_w(spin.w);
             }
-            let particles = displacements.iter_mut().zip(*carries);
-            for ((displacement, &carry), &place) in particles.zip(*places) {
+            let particles = displacements.iter_mut().zip(carries);
+            for ((displacement, &carry), &place) in particles.zip(places) {
                 let motion = motions[place as usize];
                 if motion != *displacement - carry {
                     *displacement = motion + carry;

@@ -6,7 +6,7 @@
 
 use super::PAIRS_PER_GRAIN;
 use crate::{
-    Threads, WorkEstimate,
+    Threads,
     lanes::{Instructions, Lanes, SimdWork, WIDTH},
     particles::Part,
 };
@@ -217,11 +217,8 @@ impl Neighbors {
             ..
         } = self;
         // A pair is found in about the time of a projection.
-        let estimate = |slab: &Slab| WorkEstimate {
-            projections: PAIRS_PER_GRAIN * slab.slots.len(),
-            ..WorkEstimate::default()
-        };
-        threads.for_each(slabs, estimate, &|slab: &mut Slab, _: &Threads| {
+        let projections = PAIRS_PER_GRAIN * count;
+        threads.share(slabs.iter_mut(), projections, &|slab| {
             instructions.run(FindPairs {
                 slab,
                 columns,
