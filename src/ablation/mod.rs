@@ -64,6 +64,8 @@ pub struct Distance {
     pub rms: f64,
     /// Maximum [m].
     pub max: f64,
+    /// Number of bodies and grains that only one of the runs has at the end. They have no distance.
+    pub unmatched: usize,
 }
 
 /// Real time of a tick.
@@ -112,7 +114,8 @@ pub struct Ablation {
     pub substeps: u32,
     /// Number of threads.
     pub threads: usize,
-    /// Size of the scene [m]: the largest diagonal of a body's bounding box at the start.
+    /// Size of the scene [m]: the largest diagonal of a body's bounding box at the start, or, where
+    /// bodies or grains come or go, at the end.
     pub size: f64,
     /// Cost of the scene as it is.
     pub cost: Cost,
@@ -132,13 +135,14 @@ impl Ablation {
         ((self.cost.ms - variant.cost.ms) / whole, noise / whole)
     }
 
-    /// Distance that twice the substeps make; infinite if it is unknown, as a body diverged or that
-    /// many substeps are out of range.
+    /// Distance that twice the substeps make; infinite if it is unknown, as a body diverged, other
+    /// bodies or grains remain, or that many substeps are out of range.
     #[must_use]
     pub fn yardstick(&self) -> f64 {
         let finer = self.finer.as_ref();
         finer
             .and_then(|finer| finer.distance)
+            .filter(|distance| distance.unmatched == 0)
             .map_or(f64::INFINITY, |distance| distance.rms)
     }
 
@@ -154,7 +158,9 @@ impl Ablation {
     #[must_use]
     pub fn advice(&self, variant: &Variant) -> Advice {
         match variant.distance {
-            Some(distance) if self.is_conclusive() && distance.rms <= self.yardstick() => {
+            Some(Distance {
+                rms, unmatched: 0, ..
+            }) if self.is_conclusive() && rms <= self.yardstick() => {
                 let (saved, noise) = self.saved(variant);
                 if saved > noise {
                     Advice::Remove
@@ -252,7 +258,10 @@ pub fn run(
         ticks,
         substeps: settings.substeps.get(),
         threads,
-        size: size(&start),
+        size: match count(&start) == count(&whole.end) {
+            true => size(&start),
+            false => size(&whole.end),
+        },
         cost: whole.cost(),
         without: without
             .map(|((effect, carriers), runs)| variant(effect.name, effect.title, *carriers, runs))
@@ -324,14 +333,11 @@ fn remove(world: &mut World, effect: &str) {
     }
 }
 
-/// Distance of the particles of the same bodies in two states; `None` if a body diverged, or is in one
-/// of them only.
+/// Distance of the particles of the same bodies in two states; `None` if a body diverged.
 fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
     let (mut sum, mut max, mut count) = (0.0, 0.0_f64, 0_usize);
     let both = Body::in_both(one, other);
-    if both.len() < one.len().max(other.len()) {
-        return None;
-    }
+    let mut unmatched = one.len() + other.len() - 2 * both.len();
     for (a, b) in both {
         if a.quarantine.is_some() || b.quarantine.is_some() {
             return None;
@@ -341,6 +347,9 @@ fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
             body.particles.positions[body.topology.particle(VertexIndex(vertex))]
         };
         let both = a.particles.len().min(b.particles.len()) as u32;
+        if !a.topology.radii.is_empty() {
+            unmatched += a.particles.len().abs_diff(b.particles.len());
+        }
         for vertex in 0..both {
             let (p, q) = (at(a, vertex), at(b, vertex));
             let squared = (p.truncate().as_dvec3() - q.truncate().as_dvec3()).length_squared();
@@ -353,7 +362,14 @@ fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
     rms.is_finite().then(|| Distance {
         rms,
         max: max.sqrt(),
+        unmatched,
     })
+}
+
+/// Numbers of bodies and of grains.
+fn count(bodies: &[Body]) -> (usize, usize) {
+    let grains = bodies.iter().map(|body| body.topology.radii.len());
+    (bodies.len(), grains.sum())
 }
 
 /// The largest diagonal of a body's bounding box [m].
@@ -361,7 +377,8 @@ fn size(bodies: &[Body]) -> f64 {
     let diagonal = |body: &Body| {
         let positions = body.particles.positions.iter();
         let (low, high) = bounds(positions.map(|x| x.truncate()));
-        f64::from(low.distance(high))
+        let radius = body.topology.radii.iter().copied().fold(0.0, f32::max);
+        f64::from(low.distance(high) + 2.0 * radius)
     };
     bodies.iter().map(diagonal).fold(0.0, f64::max)
 }

@@ -62,8 +62,8 @@ pub fn text(title: &str, ablation: &Ablation) -> String {
 pub fn sentences(ablation: &Ablation) -> Vec<String> {
     let yardstick = ablation.yardstick();
     if !yardstick.is_finite() {
-        let unknown = "Twice the substeps diverge or are out of range, so that the accuracy of the scene is \
-                       unknown: no advice.";
+        let unknown = "Twice the substeps diverge, leave other bodies or grains, or are out of range, so that \
+                       the accuracy of the scene is unknown: no advice.";
         return vec![unknown.to_owned()];
     }
     if !ablation.is_conclusive() {
@@ -114,6 +114,7 @@ pub fn json(scene: &str, ablation: &Ablation) -> Value {
             json!({
                 "rms_m": it.rms,
                 "max_m": it.max,
+                "unmatched": it.unmatched,
                 "rms_fraction_of_size": it.rms / ablation.size,
             })
         })
@@ -165,6 +166,7 @@ fn row(ablation: &Ablation, variant: &Variant) -> [String; 6] {
         format!("{:.0} ± {:.0} %", saved * 100.0, noise * 100.0)
     };
     let (rms, max) = match variant.distance {
+        Some(it) if it.unmatched > 0 => (others(it.unmatched), String::new()),
         Some(it) => (
             of_size(it.rms, ablation.size),
             of_size(it.max, ablation.size),
@@ -200,6 +202,12 @@ fn table(rows: &[[String; 6]]) -> String {
 
 fn milliseconds(cost: Cost) -> String {
     format!("{:.3}", cost.ms)
+}
+
+/// What only one of two runs has, in words.
+#[must_use]
+pub fn others(unmatched: usize) -> String {
+    format!("{unmatched} more or fewer")
 }
 
 /// A distance with its unit, and relative to the size of the scene.

@@ -3,7 +3,10 @@
 use super::{Effect, Parameter, Scale, parameter};
 use crate::{
     simulation::SoftBody,
-    solver::{BreakingStrain, Force, PieceSize, Settings, Tear, Toughness, advance::Stage},
+    solver::{
+        BreakingStrain, Force, Membrane, NeoHookean, PieceSize, Rod, Settings, Stretch, Tear,
+        Toughness, Weave, advance::Stage,
+    },
 };
 use bevy::prelude::*;
 
@@ -19,7 +22,7 @@ impl Effect for Tear {
         ),
         parameter!(
             force: Force, "Force", "N",
-            "Tension at which an edge breaks. Depends on the mesh. ∞: no limit.",
+            "Tension at which an edge or a rod breaks. That of an edge depends on the mesh. ∞: no limit.",
             (1e-3, 1e6), Scale::LogarithmicToInfinity
         ),
         parameter!(
@@ -44,5 +47,23 @@ impl Effect for Tear {
     fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
         let has_grains = !body.get::<SoftBody>()?.radii.is_empty();
         has_grains.then(|| "grains have no elements that could tear".to_owned())
+    }
+
+    fn note(&self, body: &EntityRef, _: &Settings) -> Option<String> {
+        let (stretch, rod) = (body.get::<Stretch>(), body.get::<Rod>());
+        if self.force.get().is_finite() && stretch.is_none() && rod.is_none() {
+            let needs = "The force limits edges and rods, and the body has neither Stretch nor Rod: set a \
+                         toughness or a strain.";
+            return Some(needs.to_owned());
+        }
+        let has_elements = rod.is_some()
+            || body.contains::<Membrane>()
+            || body.contains::<Weave>()
+            || body.contains::<NeoHookean>();
+        let rigid = stretch.is_some_and(|it| it.compliance.get() == 0.0);
+        (self.toughness.get().is_finite() && rigid && !has_elements).then(|| {
+            "Rigid edges store no energy that a crack could take: set a force, or a compliance."
+                .to_owned()
+        })
     }
 }

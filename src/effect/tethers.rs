@@ -5,7 +5,10 @@ use super::{
     elastic::{body_elements, body_figures},
     parameter,
 };
-use crate::solver::{BodyEffectKind, Slack, Tethers, advance::Stage};
+use crate::{
+    simulation::Pins,
+    solver::{BodyEffectKind, Settings, Slack, Tethers, advance::Stage},
+};
 use bevy::prelude::*;
 
 impl Effect for Tethers {
@@ -27,6 +30,11 @@ impl Effect for Tethers {
 
     fn elements(&self, body: &EntityRef) -> usize {
         body_elements(BodyEffectKind::Tethers, body)
+    }
+
+    fn note(&self, body: &EntityRef, _: &Settings) -> Option<String> {
+        let is_pinned = body.get::<Pins>().is_some_and(|pins| !pins.is_empty());
+        (!is_pinned).then(|| "Tethers begin at pins, and the body has none.".to_owned())
     }
 
     fn figures(&self, body: &EntityRef, h: f32) -> Figures {

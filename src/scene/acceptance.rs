@@ -109,6 +109,10 @@ impl Acceptance {
             }
         }
         for (first, last) in Body::in_both(&start.bodies, &end.bodies) {
+            // Grains are numbered anew when one disappears.
+            if first.topology.radii.len() != last.topology.radii.len() {
+                continue;
+            }
             let known = |pin: &&VertexIndex| pin.index() < last.topology.particles();
             let moved = first.pins.iter().filter(known).filter(|&&pin| {
                 let at = |body: &Body| body.particles.positions[body.topology.particle(pin)];

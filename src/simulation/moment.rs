@@ -279,13 +279,14 @@ impl BodyMoment {
             .is_some_and(|body| Arc::ptr_eq(&body.0, &topology));
         if !same {
             // Resets the state of the body, so it comes first.
-            entity.insert((self.particles.clone(), SoftBody(topology)));
+            entity.insert((self.particles.clone(), SoftBody(Arc::clone(&topology))));
         }
         carried::set_effects(&mut entity, &self.effects);
         own.set(&mut entity, &self.own);
         if entity.contains::<BodyDirectWorkspace>() {
             entity.insert(BodyDirectWorkspace::default());
         }
+        let states = EffectStates::resumed(&self.effects, &topology, &self.particles);
         let mut start = self.particles.clone();
         start.positions.clone_from(&self.start);
         entity.insert((
@@ -294,7 +295,7 @@ impl BodyMoment {
             AddedMass(self.added_mass.clone()),
             Pins(self.pins.clone()),
             RestTimer(self.rest),
-            EffectStates::default(),
+            states,
             self.particles.clone(),
             TickStart(start),
             JustRestored,

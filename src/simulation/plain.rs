@@ -10,7 +10,7 @@ use super::{
     SimulationSettings, SoftBody, SolverThreads, SpawnOrder, SpawnOrders, TickStart,
     body::NextPlace, carried::insert_effects, step::Sleep,
 };
-use crate::solver::{self, Body, Collider, Particles, Stitches};
+use crate::solver::{self, Body, Collider, EffectStates, Particles, Stitches};
 use bevy::prelude::*;
 use std::sync::Arc;
 
@@ -143,6 +143,7 @@ pub fn restore(
         world.entity_mut(entity).insert((
             place,
             body.particles.clone(),
+            EffectStates::resumed(&body.effects, &body.topology, &body.particles),
             TickStart(body.tick_start.clone()),
             JustRestored,
         ));

@@ -78,7 +78,11 @@ fn made(saved_ms: f64, noise: f64, distance: Option<f64>) -> Ablation {
         title: name,
         carriers: 1,
         cost: Cost { ms, noise },
-        distance: rms.map(|rms| Distance { rms, max: rms }),
+        distance: rms.map(|rms| Distance {
+            rms,
+            max: rms,
+            unmatched: 0,
+        }),
     };
     Ablation {
         seconds: 1.0,
@@ -117,6 +121,37 @@ fn an_effect_is_advised_against_if_it_costs_time_and_is_not_seen() {
         Advice::Keep,
         "twice the substeps move 10 %"
     );
+    let mut others = made(0.31, 0.02, Some(5e-4));
+    if let Some(distance) = &mut others.without[0].distance {
+        distance.unmatched = 1;
+    }
+    assert_eq!(
+        advice(others),
+        Advice::Keep,
+        "a grain is missing without it"
+    );
+}
+
+/// Grains that are missing are seen, and the scene has the size of what came.
+#[test]
+fn an_emitter_is_no_effect_that_changes_nothing() {
+    let scene = Scene::load("fountain").expect("built in").scene;
+    let options = Options {
+        seconds: 0.25,
+        ..Options::default()
+    };
+    let built = scene.build().expect("a sound scene");
+    let ablation = run(&built, &options, |_| ControlFlow::Continue(()))
+        .expect("nothing is overridden")
+        .expect("it is not ended");
+    let emitter = ablation.without.iter().find(|it| it.name == "emitter");
+    let distance = emitter.and_then(|it| it.distance).expect("finite");
+    // 250 per second.
+    assert_eq!(distance.unmatched, 62);
+    assert!(ablation.size > 0.5, "{} m", ablation.size);
+    let text = report::text("Fountain", &ablation);
+    assert!(text.contains("62 more or fewer"), "{text}");
+    assert!(!text.contains("NaN") && !text.contains("inf %"), "{text}");
 }
 
 #[test]

@@ -266,9 +266,16 @@ fn a_step_allocates_nothing() {
     let before = allocation::total_count();
     (0..5).for_each(|_| world.tick());
     let counted = allocation::total_count() - before;
-    // Rayon boxes each job for the worker: one for the block, one for the sheet, and one for all
-    // cubes in a tick. Its queue allocates a new segment for every 63 of them.
-    assert!(counted <= 5 * 3 + 1, "{counted} on two threads");
+    // Rayon boxes each call to the worker, and its queue allocates a new segment for every 63 of them.
+    // In a tick, one is for the block, one for the sheet, and one for all cubes. If the worker misses
+    // the tenth of a millisecond for which it waits, there are up to 2 for pairs of each body of
+    // grains (find, assign), in each of its 4 substeps 2 (start, multipliers), and in each of 2 passes
+    // 3 (contacts, write, ground).
+    let calls: usize = 5 * (3 + 2 * (2 + 4 * (2 + 2 * 3)));
+    assert!(
+        counted <= calls + calls.div_ceil(63),
+        "{counted} on two threads"
+    );
 
     // Bevy itself allocates occasionally, with or without bodies.
     let in_sixteen_ticks = |world: &World| {

@@ -19,7 +19,11 @@ fn measured() -> Ablation {
         title,
         carriers: 1,
         cost: Cost { ms, noise: 0.01 },
-        distance: Some(Distance { rms, max: rms }),
+        distance: Some(Distance {
+            rms,
+            max: rms,
+            unmatched: 0,
+        }),
     };
     Ablation {
         seconds: 1.0,

@@ -1,7 +1,9 @@
 //! States of the effects of a body.
 
-use super::body_kinds::BodyEffectStates;
-use crate::{ElasticKind, Particles, SurfaceForce, TearState, Topology, contact::Recorded};
+use super::{body_kinds::BodyEffectStates, rod};
+use crate::{
+    Effects, ElasticKind, Particles, SurfaceForce, TearState, Topology, contact::Recorded,
+};
 use glam::Vec4;
 
 /// State of the effects of a body between iterations, and for measurements: multipliers λ of
@@ -48,6 +50,21 @@ impl EffectStates {
     /// Forgets the contacts of a tick that failed.
     pub fn forget_contacts(&mut self) {
         self.recorded.clear();
+    }
+
+    /// States of a body in the middle of a run, as far as they follow from its particles: energies and
+    /// residuals of rods. The others are found in the next tick.
+    #[must_use]
+    pub fn resumed(effects: &Effects, topology: &Topology, particles: &Particles) -> Self {
+        let mut states = Self::default();
+        states.resume(effects, topology, particles);
+        states
+    }
+
+    /// See [`resumed`](Self::resumed).
+    pub(crate) fn resume(&mut self, effects: &Effects, topology: &Topology, particles: &Particles) {
+        let rod = effects.rod.as_ref();
+        self.others.rod = rod.and_then(|it| rod::resumed(it, topology, &particles.segments));
     }
 
     /// Allocates the multipliers of an effect, or frees them if they are not `kept`.

@@ -2,8 +2,8 @@
 //!
 //! A tick of a body takes a few tenths of a millisecond, and waking a thread takes a twentieth.
 //! Therefore the caller starts at once, workers join when they are awake, and the caller waits only
-//! for those that have joined: [`rayon::ThreadPool::spawn_broadcast`] offers the work to every
-//! worker, and one that arrives after the end returns. A worker that has performed work waits for the
+//! for those that have joined: [`rayon::ThreadPool::spawn_broadcast`] calls every worker, and one that
+//! finds no work returns. A worker that has performed work waits for the
 //! next for a tenth of a millisecond, because some effects have work for all threads in each pass. (With `install`, where the caller waits, a
 //! cloth of 64² was slower on two threads than on one at 4 substeps per tick, 0.68 ×, and 1.36 × as
 //! fast at 16.)
@@ -50,8 +50,10 @@ struct PoolState {
     inside: AtomicUsize,
     /// Number of the newest piece of work; written under the lock.
     newest: AtomicU64,
-    /// Number of workers that wait for the next one.
-    waiting: AtomicUsize,
+    /// Number of workers that perform a piece of work or wait for the next one.
+    awake: AtomicUsize,
+    /// Number of workers that have been called and have not come yet.
+    called: AtomicUsize,
 }
 
 #[derive(Debug, Default)]
@@ -101,15 +103,14 @@ impl Pool {
     /// # Panics
     /// If `work` panics on any of the threads.
     pub fn run(&self, work: &Job) {
-        let Some(number) = self.shared.lend(work) else {
+        if !self.shared.lend(work) {
             return work(0);
-        };
-        let are_awake = self.shared.waiting.load(Ordering::Relaxed) == self.workers();
-        let shared = Arc::clone(&self.shared);
+        }
         // Even after a panic, the work is recalled before the caller leaves.
         let ended = catch_unwind(AssertUnwindSafe(|| {
-            if !are_awake {
-                self.threads.spawn_broadcast(move |_| shared.join(number));
+            if self.shared.calls(self.workers()) {
+                let shared = Arc::clone(&self.shared);
+                self.threads.spawn_broadcast(move |_| shared.join());
             }
             work(0);
         }));
@@ -125,11 +126,11 @@ impl PoolState {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Opens a piece of work; returns its number, or `None` while there is another.
-    fn lend(&self, work: &Job) -> Option<u64> {
+    /// Opens a piece of work, unless there is another.
+    fn lend(&self, work: &Job) -> bool {
         let mut state = self.lock();
         if state.is_taken {
-            return None;
+            return false;
         }
         let work: *const Job = work;
         // SAFETY: only the lifetime changes. Workers call it only between being counted as inside,
@@ -140,33 +141,45 @@ impl PoolState {
         state.work = Some(Lent(work));
         state.is_taken = true;
         state.next = 1;
-        Some(self.newest.fetch_add(1, Ordering::Release) + 1)
+        self.newest.fetch_add(1, Ordering::Release);
+        true
     }
 
-    /// Performs a piece of work, if it is still open, and those that follow soon.
-    fn join(&self, mut number: u64) {
-        while self.perform(number) {
-            let mut turns = 0;
-            let mut newest = number;
-            while turns < LINGER && newest == number {
-                pause(&mut turns);
-                newest = self.newest.load(Ordering::Acquire);
-            }
-            self.waiting.fetch_sub(1, Ordering::Relaxed);
-            if newest == number {
-                return;
-            }
-            number = newest;
+    /// Whether workers must be called: not if all of them are awake, or have been called and have not
+    /// come yet. If so, they count as called.
+    fn calls(&self, workers: usize) -> bool {
+        let come = self.awake.load(Ordering::Acquire) == workers
+            || self.called.load(Ordering::Acquire) > 0;
+        if !come {
+            self.called.store(workers, Ordering::Release);
         }
+        !come
     }
 
-    /// Performs a piece of work, if it is still open; the worker then counts as waiting.
-    fn perform(&self, number: u64) -> bool {
+    /// Performs the open piece of work, if any, and those that follow soon.
+    fn join(&self) {
+        self.awake.fetch_add(1, Ordering::AcqRel);
+        self.called.fetch_sub(1, Ordering::AcqRel);
+        let (mut seen, mut turns) = (0, 0);
+        while turns < LINGER {
+            let newest = self.newest.load(Ordering::Acquire);
+            if newest == seen {
+                pause(&mut turns);
+                continue;
+            }
+            seen = newest;
+            if let Some(performed) = self.perform() {
+                (seen, turns) = (performed, 0);
+            }
+        }
+        self.awake.fetch_sub(1, Ordering::AcqRel);
+    }
+
+    /// Performs the open piece of work, if any, and returns its number.
+    fn perform(&self) -> Option<u64> {
         let mut state = self.lock();
-        let is_newest = self.newest.load(Ordering::Relaxed) == number;
-        let Some(work) = state.work.filter(|_| is_newest) else {
-            return false;
-        };
+        let work = state.work?;
+        let number = self.newest.load(Ordering::Relaxed);
         let member = state.next;
         state.next += 1;
         self.inside.fetch_add(1, Ordering::Relaxed);
@@ -177,11 +190,10 @@ impl PoolState {
         if let Err(panic) = ended {
             state.panic.get_or_insert(panic);
         }
-        self.waiting.fetch_add(1, Ordering::Relaxed);
         if self.inside.fetch_sub(1, Ordering::Release) == 1 {
             self.left.notify_one();
         }
-        true
+        Some(number)
     }
 
     /// Closes the work, waits for the workers inside, and releases them for others. Returns the

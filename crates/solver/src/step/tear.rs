@@ -76,6 +76,8 @@ impl Stepper<'_> {
         }
         self.stitches.follow(torn);
         self.states.forget();
+        self.states
+            .resume(self.effects, self.topology, self.particles);
     }
 }
 

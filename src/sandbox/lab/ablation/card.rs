@@ -4,7 +4,7 @@ use super::AblationCommand;
 use crate::{
     ablation::{
         Ablation, Advice, Variant,
-        report::{length, per_cent, sentences},
+        report::{length, others, per_cent, sentences},
     },
     sandbox::{
         state::{request::Request, selection::Scope},
@@ -212,13 +212,18 @@ fn row(ui: &mut Ui, ablation: &Ablation, variant: &Variant, answer: &mut Answer)
 
 fn distance(ui: &mut Ui, ablation: &Ablation, variant: &Variant, color: Color32) {
     let text = match variant.distance {
+        Some(it) if it.unmatched > 0 => others(it.unmatched),
         Some(it) => format!("{} ({})", length(it.rms), per_cent(it.rms / ablation.size)),
         None => "diverges".to_owned(),
     };
     let label = ui.label(RichText::new(text).small().color(color));
     if let Some(it) = variant.distance {
+        let of_others = match it.unmatched {
+            0 => String::new(),
+            _ => "Bodies and grains that only one of the two has. Of the others: ".to_owned(),
+        };
         label.on_hover_text(format!(
-            "Maximum {} ({} of the largest body)",
+            "{of_others}Maximum {} ({} of the largest body)",
             length(it.max),
             per_cent(it.max / ablation.size)
         ));

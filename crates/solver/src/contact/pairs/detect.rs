@@ -55,6 +55,9 @@ pub(super) struct Candidate {
     pub corners: [u32; 4],
     /// Distance to maintain [m].
     pub distance: f32,
+    /// Whether they touch at rest, as the lips of a crack do. They keep a part of the gap that they have
+    /// at the start of a substep, and at most the distance.
+    pub touch_at_rest: bool,
     /// Distance of the primitives beyond that at detection, by the centers of the claims [m].
     pub clearance: f32,
 }
@@ -146,8 +149,9 @@ const FRAMES_AHEAD: f64 = 2.0;
 /// edge; thinner gaps would be within the rounding of positions.
 const MIN_GAP: [f64; 2] = [0.01, 5e-4];
 
-/// Maximum contact distance as a fraction of the rest distance of the primitives.
-const OF_REST: f64 = 0.9;
+/// Maximum contact distance as a fraction of the rest distance of the primitives, and of the gap of
+/// those that touch at rest.
+pub(super) const OF_REST: f64 = 0.9;
 
 /// Margin of the balls against rounding, as a fraction of the size of a body: a few ε of `f32`.
 const SLACK: f32 = 1e-6;
@@ -511,17 +515,21 @@ impl Finder {
                 continue;
             }
             let smaller = kind.smaller(first.map(|corner| vertices[corner as usize]), [of_a, of_b]);
-            let kept = if between == Between::Itself {
+            let (kept, touch_at_rest) = if between == Between::Itself {
                 let rest = |v: u32| of_a.surface.rest[v as usize - of_a.first].as_dvec3();
                 let of = first.map(|corner| rest(vertices[corner as usize]));
-                thickness.min((OF_REST * kind.distance(of)) as f32)
+                match OF_REST * kind.distance(of) {
+                    0.0 => (thickness, true),
+                    most => (thickness.min(most as f32), false),
+                }
             } else {
-                thickness - smaller
+                (thickness - smaller, false)
             };
             if kept > 0.0 {
                 candidates.push(Candidate {
                     corners: first,
                     distance: kept,
+                    touch_at_rest,
                     clearance: apart as f32 - kept,
                 });
             }

@@ -16,7 +16,7 @@ use super::{
     bounds::{Ball, boxes_meet},
     closest::weighted,
     contacts::{Contacts, HORIZON},
-    detect::{Batch, Candidate, Near, NearPart},
+    detect::{Batch, Candidate, Near, NearPart, OF_REST},
 };
 use crate::{Threads, WorkEstimate};
 
@@ -181,11 +181,15 @@ impl NearPart {
                     let x = vertices.map(|v| contacts.starts[v as usize]);
                     let weights = batch.kind.weights(x);
                     gap = weighted(weights, x).length() as f32;
+                    let distance = match candidate.touch_at_rest {
+                        true => distance.min(OF_REST as f32 * gap),
+                        false => distance,
+                    };
                     let limit = distance + motion.reach;
                     let is_near = gap <= distance
                         || gap <= limit + motion.change(candidate) + motion.slack
                             && motion.is_below(vertices, limit);
-                    if is_near {
+                    if is_near && distance > 0.0 {
                         near.push(Near {
                             vertices,
                             weights,

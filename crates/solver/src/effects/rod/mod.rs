@@ -276,6 +276,16 @@ pub(crate) fn torn(segments: &[SegmentState], before: &Topology, torn: &Torn) ->
     all.unwrap_or_default()
 }
 
+/// State of a rod with these segments; of one without segments it is made in the next substep.
+pub(crate) fn resumed(
+    rod: &Rod,
+    topology: &Topology,
+    segments: &[SegmentState],
+) -> Option<Box<RodState>> {
+    let resumed = || Box::new(RodState::resumed(rod, topology, segments));
+    (!segments.is_empty()).then(resumed)
+}
+
 /// Writes the orientations of the segments of a rod into its particles, if they have none.
 pub(crate) fn place(
     rod: &Rod,
@@ -314,6 +324,11 @@ impl Rod {
             section.bend.z = own(self.twisting_stiffness);
         }
         section
+    }
+
+    /// EA [N].
+    pub(crate) fn axial_stiffness(&self) -> f64 {
+        1.0 / self.section().stretch.z
     }
 
     fn curve(&self) -> RestCurve {

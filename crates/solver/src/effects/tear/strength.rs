@@ -196,11 +196,14 @@ fn weak_segments(tear: &Tear, body: &Strained, weak: &mut Vec<Weak>) {
     });
     let strain = f64::from(tear.strain.get());
     let toughness = f64::from(tear.toughness.get());
+    // EA over the force is 1 over the strain at which the tension is that.
+    let tension = rod.axial_stiffness() / f64::from(tear.force.get());
     for (&[a, b], energy) in nodes.iter().zip(energies) {
         let rest = [a, b].map(|i| body.topology.rest[i as usize].as_dvec3());
         let along = rest[1] - rest[0];
-        let ratio = ((body.at)(a).distance((body.at)(b)) / along.length() - 1.0) / strain;
-        let load = (energy / toughness).max(ratio.max(0.0) * ratio);
+        let stretch = (body.at)(a).distance((body.at)(b)) / along.length() - 1.0;
+        let ratio = stretch.max(0.0) * tension.max(1.0 / strain);
+        let load = (energy / toughness).max(ratio * ratio);
         if load > 1.0 {
             weak.push(Weak {
                 load,
