@@ -271,7 +271,7 @@ fn a_step_allocates_nothing() {
     // the tenth of a millisecond for which it waits, there are up to 2 for pairs of each body of
     // grains (find, assign), in each of its 4 substeps 2 (start, multipliers), and in each of 2 passes
     // 3 (contacts, write, ground).
-    let calls: usize = 5 * (3 + 2 * (2 + 4 * (2 + 2 * 3)));
+    let calls: u64 = 5 * (3 + 2 * (2 + 4 * (2 + 2 * 3)));
     assert!(
         counted <= calls + calls.div_ceil(63),
         "{counted} on two threads"
