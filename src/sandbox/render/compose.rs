@@ -231,7 +231,7 @@ impl Painting {
 fn physical(rect: egui::Rect, pixels_per_point: f32) -> URect {
     let pixel = |at: egui::Pos2| {
         let at = at.to_vec2() * pixels_per_point;
-        // Conversion limits to valid numbers.
+        // Coordinates to the left of the window and above it become 0.
         UVec2::new(at.x.round() as u32, at.y.round() as u32)
     };
     URect {
@@ -354,5 +354,46 @@ fn compose(
         pass.set_scissor_rect(mesh.clip.min.x, mesh.clip.min.y, size.x, size.y);
         pass.set_bind_group(1, texture, &[]);
         pass.draw_indexed(mesh.indices.clone(), mesh.first, 0..1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy_egui::egui::{Color32, Pos2, pos2};
+
+    #[test]
+    fn clip_rectangles_are_rounded_and_begin_in_the_window() {
+        let rect = egui::Rect::from_min_max(pos2(-3.0, 10.2), pos2(20.4, 30.0));
+        assert_eq!(physical(rect, 1.5), URect::new(0, 15, 31, 45));
+    }
+
+    #[test]
+    fn each_mesh_draws_its_own_vertices() {
+        let mut painting = Painting::default();
+        let mesh = |size: f32| {
+            let mut mesh = egui::Mesh::with_texture(TextureId::Managed(7));
+            let rect = egui::Rect::from_min_max(Pos2::ZERO, pos2(size, size));
+            mesh.add_colored_rect(rect, Color32::WHITE);
+            mesh
+        };
+        let clip = URect::new(0, 0, 9, 9);
+        let camera = MainEntity::from(Entity::PLACEHOLDER);
+        painting.push(&mesh(1.0), clip, camera);
+        painting.push(&mesh(2.0), clip, camera);
+        let corners = |mesh: &ClippedMesh| {
+            let indices =
+                &painting.indices.values()[mesh.indices.start as usize..mesh.indices.end as usize];
+            let vertex = |index: &u32| (mesh.first as u32 + index) as usize;
+            let vertices = painting.vertices.values();
+            indices
+                .iter()
+                .map(|index| vertices[vertex(index)].pos.x)
+                .fold(0.0, f32::max)
+        };
+        let sizes: Vec<f32> = painting.meshes.iter().map(corners).collect();
+        assert_eq!(sizes, [1.0, 2.0]);
+        let texture = EguiTextureId::Managed(camera, 7);
+        assert!(painting.meshes.iter().all(|mesh| mesh.texture == texture));
     }
 }
