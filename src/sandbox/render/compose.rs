@@ -13,7 +13,7 @@ use bevy::{
     image::ToExtents,
     prelude::*,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
         camera::{ExtractedCamera, NormalizedRenderTargetExt},
         render_asset::RenderAssets,
         render_resource::{
@@ -55,8 +55,8 @@ impl Plugin for ComposePlugin {
         embedded_asset!(app, "shaders/enlarge.wgsl");
         if let Some(renderer) = app.get_sub_app_mut(RenderApp) {
             renderer
-                .init_resource::<SpecializedRenderPipelines<Enlarger>>()
-                .init_resource::<Painting>()
+                .init_gpu_resource::<SpecializedRenderPipelines<Enlarger>>()
+                .init_gpu_resource::<Painting>()
                 .add_systems(RenderStartup, load)
                 .add_systems(
                     Render,
