@@ -4,6 +4,7 @@ pub mod bodies;
 pub mod camera;
 pub mod colliders;
 pub mod coloring;
+pub mod compose;
 pub mod contacts;
 mod follow;
 pub mod framing;

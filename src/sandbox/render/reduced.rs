@@ -1,34 +1,29 @@
-//! Draws the bodies at a lower resolution than the window, and enlarges the picture.
+//! Draws the bodies at a lower resolution than the window.
 //!
-//! Only the area that the panel leaves free is drawn. Panel, figures and marks are painted
-//! afterwards at full resolution. The camera itself is unchanged, so that points on the screen
-//! and in the world correspond as before.
+//! Only the area that the panel leaves free is drawn. It is [composed](super::compose) with panel,
+//! figures and marks at full resolution. The camera itself is unchanged, so that points on the
+//! screen and in the world correspond as before.
 
 use crate::sandbox::{
-    render::{camera::OrbitCamera, quality::EffectiveQuality},
+    render::{
+        camera::OrbitCamera,
+        compose::{ComposePlugin, Composer, Pipelines},
+        quality::EffectiveQuality,
+    },
     state::view::ViewSettings,
 };
 use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
-    camera::{MainPassResolutionOverride, Viewport},
-    core_pipeline::{Core3d, Core3dSystems, FullscreenShader},
+    camera::MainPassResolutionOverride,
+    image::ToExtents,
     prelude::*,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        Render, RenderApp, RenderSystems,
         camera::ExtractedCamera,
         extract_component::{ExtractComponent, ExtractComponentPlugin},
-        render_resource::{
-            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedRenderPipelineId, ColorTargetState, ColorWrites, Extent3d, FilterMode,
-            FragmentState, Operations, PipelineCache, RenderPassColorAttachment,
-            RenderPassDescriptor, RenderPipelineDescriptor, Sampler, SamplerBindingType,
-            SamplerDescriptor, ShaderStages, TextureDescriptor, TextureDimension, TextureFormat,
-            TextureSampleType, TextureUsages,
-            binding_types::{sampler, texture_2d},
-        },
-        renderer::{RenderContext, RenderDevice, ViewQuery},
+        render_resource::{TextureDescriptor, TextureDimension, TextureFormat, TextureUsages},
+        renderer::RenderDevice,
         texture::{CachedTexture, TextureCache},
-        view::{ExtractedView, ViewTarget},
+        view::ExtractedView,
     },
     window::PrimaryWindow,
 };
@@ -75,7 +70,13 @@ fn crop(area: URect, target: UVec2) -> Mat4 {
 /// It holds sRGB as it is: a software renderer interpolates that faster than it decodes four values
 /// for each pixel. The shader decodes the result.
 #[derive(Component)]
-pub struct Picture(CachedTexture);
+pub struct Picture {
+    pub(super) texture: CachedTexture,
+    /// Where it is shown [physical px].
+    pub(super) area: URect,
+    /// What shows it.
+    pub(super) pipelines: Pipelines,
+}
 
 /// Draws at a lower resolution with [`EffectiveQuality::Low`].
 pub struct ReducedPlugin;
@@ -85,20 +86,14 @@ impl Plugin for ReducedPlugin {
         if app.get_sub_app(RenderApp).is_none() {
             return;
         }
-        embedded_asset!(app, "shaders/enlarge.wgsl");
-        app.add_plugins(ExtractComponentPlugin::<ReducedView>::default())
-            // The panel of this frame has been drawn.
-            .add_systems(Last, choose);
+        app.add_plugins((
+            ExtractComponentPlugin::<ReducedView>::default(),
+            ComposePlugin,
+        ))
+        // The panel of this frame has been drawn.
+        .add_systems(Last, choose);
         if let Some(renderer) = app.get_sub_app_mut(RenderApp) {
-            renderer
-                .add_systems(RenderStartup, load)
-                .add_systems(Render, reduce.in_set(RenderSystems::PrepareViews))
-                .add_systems(
-                    Core3d,
-                    enlarge
-                        .after(Core3dSystems::MainPass)
-                        .before(Core3dSystems::EarlyPostProcess),
-                );
+            renderer.add_systems(Render, reduce.in_set(RenderSystems::PrepareViews));
         }
     }
 }
@@ -131,70 +126,18 @@ fn choose(
     }
 }
 
-/// What enlarges the picture.
-#[derive(Resource)]
-struct Enlarger {
-    layout: BindGroupLayoutDescriptor,
-    sampler: Sampler,
-    pipeline: CachedRenderPipelineId,
-}
-
-fn load(
-    device: Res<RenderDevice>,
-    assets: Res<AssetServer>,
-    fullscreen: Res<FullscreenShader>,
-    cache: Res<PipelineCache>,
-    mut commands: Commands,
-) {
-    let layout = BindGroupLayoutDescriptor::new(
-        "enlarge_layout",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::FRAGMENT,
-            (
-                texture_2d(TextureSampleType::Float { filterable: true }),
-                sampler(SamplerBindingType::Filtering),
-            ),
-        ),
-    );
-    let sampler = device.create_sampler(&SamplerDescriptor {
-        mag_filter: FilterMode::Linear,
-        min_filter: FilterMode::Linear,
-        ..default()
-    });
-    let pipeline = cache.queue_render_pipeline(RenderPipelineDescriptor {
-        label: Some("enlarge".into()),
-        layout: vec![layout.clone()],
-        vertex: fullscreen.to_vertex_state(),
-        fragment: Some(FragmentState {
-            shader: load_embedded_asset!(assets.as_ref(), "shaders/enlarge.wgsl"),
-            targets: vec![Some(ColorTargetState {
-                format: TextureFormat::Rgba8UnormSrgb,
-                blend: None,
-                write_mask: ColorWrites::ALL,
-            })],
-            ..default()
-        }),
-        ..default()
-    });
-    commands.insert_resource(Enlarger {
-        layout,
-        sampler,
-        pipeline,
-    });
-}
-
-/// Crops the view to its area and lowers its resolution, once the picture can be enlarged.
+/// Crops the view to its area and lowers its resolution, once the window can be composed.
 fn reduce(
     mut views: Query<(Entity, &ReducedView, &ExtractedCamera, &mut ExtractedView)>,
-    (enlarger, cache): (Res<Enlarger>, Res<PipelineCache>),
+    mut composer: Composer,
     (device, mut textures): (Res<RenderDevice>, ResMut<TextureCache>),
     mut commands: Commands,
 ) {
-    let is_ready = cache.get_render_pipeline(enlarger.pipeline).is_some();
     for (entity, reduced, camera, mut view) in &mut views {
         let target = camera.physical_target_size.unwrap_or_default();
         let mut entity = commands.entity(entity);
-        let Some(area) = reduced.within(target).filter(|_| is_ready) else {
+        let pipelines = composer.pipelines(camera);
+        let (Some(area), Some(pipelines)) = (reduced.within(target), pipelines) else {
             entity.remove::<(MainPassResolutionOverride, Picture)>();
             continue;
         };
@@ -202,11 +145,11 @@ fn reduce(
         // Widths of lines are in pixels of the screen.
         view.viewport = UVec4::new(0, 0, area.width(), area.height());
         let size = reduced.size(area);
-        let picture = textures.get(
+        let texture = textures.get(
             &device,
             TextureDescriptor {
                 label: Some("reduced_view"),
-                size: extent(size),
+                size: size.to_extents(),
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: TextureDimension::D2,
@@ -215,67 +158,13 @@ fn reduce(
                 view_formats: &[],
             },
         );
-        entity.insert((MainPassResolutionOverride(size), Picture(picture)));
+        let picture = Picture {
+            texture,
+            area,
+            pipelines,
+        };
+        entity.insert((MainPassResolutionOverride(size), picture));
     }
-}
-
-fn extent(size: UVec2) -> Extent3d {
-    Extent3d {
-        width: size.x,
-        height: size.y,
-        ..default()
-    }
-}
-
-/// Enlarges the picture to its area of the window.
-fn enlarge(
-    view: ViewQuery<(
-        &ViewTarget,
-        &ReducedView,
-        &ExtractedCamera,
-        &MainPassResolutionOverride,
-        &Picture,
-    )>,
-    (enlarger, cache): (Res<Enlarger>, Res<PipelineCache>),
-    mut context: RenderContext,
-) {
-    let (target, reduced, camera, drawn, Picture(picture)) = view.into_inner();
-    let size = camera.physical_target_size.unwrap_or_default();
-    let (Some(area), Some(pipeline)) = (
-        reduced.within(size),
-        cache.get_render_pipeline(enlarger.pipeline),
-    ) else {
-        return;
-    };
-    let process = target.post_process_write();
-    context.command_encoder().copy_texture_to_texture(
-        process.source_texture.as_image_copy(),
-        picture.texture.as_image_copy(),
-        extent(drawn.0),
-    );
-    let bind_group = context.render_device().create_bind_group(
-        "enlarge",
-        &cache.get_bind_group_layout(&enlarger.layout),
-        &BindGroupEntries::sequential((&picture.default_view, &enlarger.sampler)),
-    );
-    let mut pass = context.begin_tracked_render_pass(RenderPassDescriptor {
-        label: Some("enlarge"),
-        color_attachments: &[Some(RenderPassColorAttachment {
-            view: process.destination,
-            depth_slice: None,
-            resolve_target: None,
-            ops: Operations::default(),
-        })],
-        ..default()
-    });
-    pass.set_camera_viewport(&Viewport {
-        physical_position: area.min,
-        physical_size: area.size(),
-        ..default()
-    });
-    pass.set_render_pipeline(pipeline);
-    pass.set_bind_group(0, &bind_group, &[]);
-    pass.draw(0..3, 0..1);
 }
 
 #[cfg(test)]

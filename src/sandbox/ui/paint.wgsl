@@ -31,10 +31,9 @@ fn vs_main(in: Vertex) -> Painted {
     return Painted(vec4<f32>(position, 0.0, 1.0), in.color, in.uv);
 }
 
-// egui multiplies color and texture as sRGB. The product of the linear values is the same for
-// surfaces and images, where one of the two is white, and nearly so at the edges of letters.
+// The textures hold sRGB, as the colors do. egui multiplies the two.
 @fragment
 fn fs_main(in: Painted) -> @location(0) vec4<f32> {
     let texel = textureSampleLevel(image, image_sampler, in.uv, 0.0);
-    return vec4<f32>(linear(in.color.rgb) * texel.rgb, in.color.a * texel.a);
+    return vec4<f32>(linear(in.color.rgb * texel.rgb), in.color.a * texel.a);
 }
