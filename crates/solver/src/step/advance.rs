@@ -424,6 +424,9 @@ impl Stepper<'_> {
     ) -> Result<(), NotFinite> {
         let partitions = &topology.partitions;
         let projections = self.effects.constraints(topology) * iterations;
+        // A large factorization takes the threads for itself.
+        let is_large = self.effects.is_direct(context.settings.method) && self.direct.is_large();
+        let pays = !is_large && partitions.count() > 1 && context.threads.pays(projections);
         let phases = Phases::new(tasks, partitions);
         let task_context = TaskContext::new(topology, self, friction, context);
         let shared = SharedBody::new(self);
@@ -431,7 +434,7 @@ impl Stepper<'_> {
         // all pieces of the one before are done.
         let work =
             |phase: &Phase, piece: usize| unsafe { task_context.work(&shared, phase, piece) };
-        let result = if partitions.count() > 1 && context.threads.pays(projections) {
+        let result = if pays {
             let executor = PhaseExecutor::new();
             executor.work(context.threads, phases, &work)
         } else {
@@ -631,6 +634,7 @@ impl<'a> TaskContext<'a> {
                     iteration: (iteration, settings.iterations.get()),
                     is_extrapolated: settings.order.get() > 1,
                     instructions,
+                    threads: self.context.threads,
                 });
             }
             Task::Average { iteration, .. } => {
