@@ -87,6 +87,14 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
+    fn load(&self, iterations: usize) -> WorkEstimate {
+        let direct = self
+            .direct
+            .as_ref()
+            .map_or(&self.absent.1, |direct| &direct.0);
+        direct.load(&self.effects, &self.body.0, iterations)
+    }
+
     fn stepper(&mut self) -> Stepper<'_> {
         let (stitches, direct) = &mut self.absent;
         Stepper {
@@ -447,7 +455,7 @@ impl Bodies<'_, '_> {
         };
         let (alone, touching) = jobs.split_at_mut(alone);
         let load = |job: &Job| match job.is_active {
-            true => job.effects.load(&job.body.0, iterations),
+            true => job.load(iterations),
             false => WorkEstimate::default(),
         };
         self.threads

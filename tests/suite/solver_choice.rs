@@ -125,7 +125,7 @@ fn the_app_chooses_as_a_plain_world_does_and_again_when_a_parameter_changes() {
 #[test]
 fn a_body_that_is_too_large_is_solved_by_gauss_seidel_to_the_same_bits() {
     let size = Vec3::ONE;
-    let cells = UVec3::splat(12);
+    let cells = UVec3::splat(22);
     let mesh = Primitive::Box { size, cells }.build().expect("sound");
     let topology = Arc::new(Topology::new(mesh.shape).expect("sound"));
     let cube = |direct| {
@@ -334,7 +334,7 @@ fn expected(case: &Case, setting: Setting) -> f64 {
 #[test]
 fn a_body_that_is_too_large_keeps_its_tolerance() {
     let size = Vec3::ONE;
-    let cells = UVec3::splat(12);
+    let cells = UVec3::splat(22);
     let mesh = Primitive::Box { size, cells }.build().expect("sound");
     let topology = Arc::new(Topology::new(mesh.shape).expect("sound"));
     let mut world = bar(1e-9, 1, auto(0.01));

@@ -19,11 +19,11 @@
 //! **Time.** Nanoseconds per substep, measured with the same problems on one thread of a cloud AMD EPYC:
 //! by Gauss–Seidel 1000 for a body, 4.5 for an edge or a volume, and 14 for each equation of an element
 //! that has several; for their parts of a linear system 90 and 185, and 0.12 for each multiplication of
-//! its factorization. Only the ratio matters, and the figures are the same everywhere, so that every
+//! its factorization, or 0.07 of a large one. Only the ratio matters, and the figures are the same everywhere, so that every
 //! computer chooses the same. The direct solver is compared at the substeps of the world, Gauss–Seidel
 //! at those that it needs, at most 1000.
 
-use super::{DirectWorkspace, Status, Workspace, unfit_effects, work};
+use super::{DirectWorkspace, Status, Workspace, plan::LARGE, unfit_effects, work};
 use crate::{
     Effects, ElasticKind, Settings, Topology, TopologyId,
     effective::MAX_SUBSTEPS,
@@ -41,8 +41,8 @@ const BODY: f64 = 1000.0;
 /// Nanoseconds per equation and substep, of elements with one equation and with several.
 const GAUSS_SEIDEL: [f64; 2] = [4.5, 14.0];
 const ASSEMBLY: [f64; 2] = [90.0, 185.0];
-/// Nanoseconds per multiplication of a factorization.
-const FACTORIZATION: f64 = 0.12;
+/// Nanoseconds per multiplication of a factorization by blocks, and of a large one in fronts.
+const FACTORIZATION: [f64; 2] = [0.12, 0.07];
 /// Displacement that gives an equation a gradient which has none at rest, as a fraction of the body.
 const NUDGE: f64 = 1e-3;
 
@@ -84,7 +84,8 @@ impl Choice {
         let passes = iterations + f64::from(settings.smoothing_iterations.get());
         let iterated = passes * f64::from(needed.unwrap_or(MAX_SUBSTEPS)) * sums.gauss_seidel;
         let direct = |work: u64| {
-            let system = sums.assembly + FACTORIZATION * work as f64;
+            let each = FACTORIZATION[usize::from(work >= LARGE)];
+            let system = sums.assembly + each * work as f64;
             iterations * f64::from(substeps) * system
         };
         let ratio = work.map(|work| iterated / direct(work));
@@ -325,7 +326,7 @@ impl Workspace {
     }
 
     /// Multiplications of a factorization; `None` for too many. Known ones are kept.
-    fn work(&mut self, topology: &Topology, effects: &Effects) -> Option<u64> {
+    pub(super) fn work(&mut self, topology: &Topology, effects: &Effects) -> Option<u64> {
         let kinds = super::kinds_of(effects);
         match self.known_work {
             Some((of, id, work)) if (of, id) == (kinds, topology.id()) => work,

@@ -38,6 +38,7 @@
 //! - [Neo-Hookean](super::NeoHookean) tetrahedra enter with the second derivatives of their energy,
 //!   as ∇C of their equations in one direction carries no information about the stiffness in others.
 //!   If the matrix is not positive definite, that part of them which may be negative is left out.
+//! - A large system is factored in dense fronts, on all threads, with the same bits on any number of them.
 //! - It requires XPBD: other [methods](super::Method) use Gauss–Seidel. So do strain limits, most of
 //!   which are inactive at any time.
 //! - Smoothing iterations skip directly solved effects.
@@ -47,16 +48,19 @@ mod choice;
 mod column;
 pub(crate) mod effect;
 mod elements;
+mod fronts;
 pub(super) mod matrix;
 mod merit;
+mod multifrontal;
 mod ordering;
+mod panel;
 pub(super) mod plan;
 mod tension;
 
 use super::elastic::Elastic as _;
 use super::{
-    Effects, ElasticKind, Finite, Method, Topology, TopologyId, effects::Multipliers,
-    effects::kinds::iterate_kind, lanes::Instructions, particles::Part,
+    Effects, ElasticKind, Finite, Method, Threads, Topology, TopologyId, WorkEstimate,
+    effects::Multipliers, effects::kinds::iterate_kind, lanes::Instructions, particles::Part,
 };
 use assemble::{Assemble, Positions};
 use column::{Column, Columns, Links, Prepare};
@@ -69,8 +73,11 @@ use tension::Tensions;
 
 pub use choice::Choice;
 
-/// Maximum number of multiplications of a factorization: about 12 ms on a cloud AMD EPYC.
-pub const MAX_WORK: u64 = 100_000_000;
+/// Maximum number of multiplications of a factorization: about 0.3 s on one thread of a cloud AMD EPYC.
+pub const MAX_WORK: u64 = 5_000_000_000;
+
+/// Multiplications of a factorization that take as long as a constraint projection.
+const MULTIPLICATIONS_PER_PROJECTION: u64 = 64;
 
 /// Maximum number of systems per iteration, each with the tensions from the previous one.
 const PASSES: usize = 3;
@@ -144,7 +151,7 @@ impl Status {
                  Young's modulus.",
             ),
             Self::TooLarge => Some(
-                "Fell back to Gauss–Seidel: the factorization would take more than 100 million \
+                "Fell back to Gauss–Seidel: the factorization would take more than 5000 million \
                  multiplications. Use fewer cells.",
             ),
         }
@@ -242,6 +249,7 @@ pub(super) struct Iteration<'a> {
     /// lengths there than at any time.
     pub is_extrapolated: bool,
     pub instructions: Instructions,
+    pub threads: &'a Threads,
 }
 
 impl ElasticKind {
@@ -299,6 +307,33 @@ impl DirectWorkspace {
         let is_rigid = effects.neo_hookean.is_some_and(|it| it.is_rigid());
         let workspace = self.0.as_ref();
         !is_rigid && workspace.is_some_and(|it| it.planned == wanted && it.plan.is_some())
+    }
+
+    /// Whether a factorization takes several threads.
+    pub(super) fn is_large(&self) -> bool {
+        self.fronts_work() > 0
+    }
+
+    /// Multiplications of a factorization that takes several threads, or 0.
+    fn fronts_work(&self) -> u64 {
+        let plan = self
+            .0
+            .as_ref()
+            .and_then(|workspace| workspace.plan.as_ref());
+        plan.filter(|plan| plan.fronts.is_some())
+            .map_or(0, |plan| plan.work)
+    }
+
+    /// Work estimate of a number of iterations of the body: that of its [effects](Effects::load), and of a
+    /// factorization that takes several threads.
+    #[must_use]
+    pub fn load(&self, effects: &Effects, topology: &Topology, iterations: usize) -> WorkEstimate {
+        let mut load = effects.load(topology, iterations);
+        if effects.direct.is_some_and(|direct| !direct.yields) {
+            let each = self.fronts_work() / MULTIPLICATIONS_PER_PROJECTION;
+            load.projections += each as usize * iterations;
+        }
+        load
     }
 
     /// Memory use in bytes.
@@ -378,7 +413,7 @@ impl Workspace {
             return;
         }
         // The limit applies to the body without pins, so that they do not decide how it is solved.
-        let fits = !is_rigid && (is_known || work(topology, effects).is_some());
+        let fits = !is_rigid && (is_known || self.work(topology, effects).is_some());
         let is_free: Vec<bool> = is_free.collect();
         *self = Self {
             planned: wanted,
@@ -545,13 +580,13 @@ impl Workspace {
                     return false;
                 }
                 step.clone_from(right);
-                matrix.factor(plan, given.instructions);
+                matrix.factor(plan, given.instructions, given.threads);
                 if cautious || !curved || matrix.was_definite() {
                     break;
                 }
                 cautious = true;
             }
-            matrix.solve(plan, step);
+            matrix.solve(plan, step, given.instructions);
             let places = Positions {
                 topology,
                 w,

@@ -1,7 +1,14 @@
 //! The state-independent part: elimination order and pattern of the factor.
 
-use super::ordering::{Elimination, eliminate};
+use super::{
+    fronts::Fronts,
+    ordering::{Elimination, eliminate},
+};
 use std::ops::Range;
+
+/// Multiplications from which a factorization is computed in [fronts](Fronts): below that, blocks by themselves
+/// are faster.
+pub(super) const LARGE: u64 = 30_000_000;
 
 /// Elimination order and pattern of a factor of 3 × 3 blocks.
 #[derive(Debug, Clone, Default)]
@@ -10,12 +17,15 @@ pub(crate) struct Plan {
     pub place: Vec<u32>,
     /// Start of the blocks of each column, and the end of the last.
     columns: Vec<u32>,
-    /// Row of each block below the diagonal, ascending within a column.
+    /// Row of each block below the diagonal, ascending within a column: of the factor, or with fronts of the
+    /// matrix only.
     pub rows: Vec<u32>,
     /// Start of the list of each row in `left`.
     starts: Vec<u32>,
     /// For each row, the runs of blocks left of the diagonal.
     left: Vec<Run>,
+    /// Of a large factor, in place of the runs.
+    pub fronts: Option<Fronts>,
     /// Number of multiplications of a factorization.
     pub work: u64,
 }
@@ -49,6 +59,16 @@ impl Plan {
         links: impl Iterator<Item = (u32, u32)>,
         max_work: u64,
     ) -> Result<Self, TooLarge> {
+        Self::with_large(is_free, links, max_work, LARGE)
+    }
+
+    /// With fronts from this number of multiplications.
+    pub(super) fn with_large(
+        is_free: &[bool],
+        links: impl Iterator<Item = (u32, u32)>,
+        max_work: u64,
+        large: u64,
+    ) -> Result<Self, TooLarge> {
         let free: Vec<u32> = (0..)
             .zip(is_free)
             .filter(|(_, free)| **free)
@@ -60,7 +80,8 @@ impl Plan {
         }
         let links = links.map(|(a, b)| (number[a as usize], number[b as usize]));
         let links = links.filter(|&(a, b)| a != u32::MAX && b != u32::MAX);
-        let cliques = eliminate(free.len(), links, max_work)?;
+        let links: Vec<(u32, u32)> = links.collect();
+        let cliques = eliminate(free.len(), links.iter().copied(), max_work)?;
         let order = postorder(&cliques);
         let mut position = vec![0; free.len()];
         for (k, &at) in (0..).zip(&order) {
@@ -88,8 +109,29 @@ impl Plan {
             };
             plan.place.extend(place);
         }
-        plan.find_runs();
+        if plan.work < large {
+            plan.find_runs();
+        } else {
+            let mut fronts = Fronts::new(&plan);
+            let places = links.into_iter().map(|(a, b)| {
+                let (a, b) = (position[a as usize], position[b as usize]);
+                (a.min(b), a.max(b))
+            });
+            plan.keep(places.collect());
+            fronts.locate(&plan);
+            plan.fronts = Some(fronts);
+        }
         Ok(plan)
+    }
+
+    /// Keeps these blocks, given by column and row, and no others.
+    fn keep(&mut self, mut blocks: Vec<(u32, u32)>) {
+        blocks.sort_unstable();
+        blocks.dedup();
+        let size = self.size() as u32;
+        let ends = (0..size).map(|column| blocks.partition_point(|block| block.0 <= column) as u32);
+        self.columns = std::iter::once(0).chain(ends).collect();
+        self.rows = blocks.into_iter().map(|(_, row)| row).collect();
     }
 
     fn find_runs(&mut self) {
@@ -161,6 +203,7 @@ impl Plan {
             + size_of_val(&self.rows[..])
             + size_of_val(&self.starts[..])
             + size_of_val(&self.left[..])
+            + self.fronts.as_ref().map_or(0, Fronts::bytes)
     }
 }
 

@@ -428,6 +428,9 @@ impl Stepper<'_> {
             Some(_) => self.effects.load(topology, iterations.max(1)).projections,
             None => self.effects.constraints(topology) * iterations,
         };
+        // A large factorization takes the threads for itself.
+        let is_large = self.effects.is_direct(context.settings.method) && self.direct.is_large();
+        let pays = !is_large && partitions.count() > 1 && context.threads.pays(projections);
         let phases = Phases::new(tasks, partitions);
         let task_context = TaskContext::new(topology, self, friction, context);
         let shared = SharedBody::new(self);
@@ -438,7 +441,7 @@ impl Stepper<'_> {
         let serially =
             |phase: Phase| (0..phase.pieces.len()).try_for_each(|piece| work(&phase, piece));
         let mut phases = phases;
-        let result = if partitions.count() > 1 && context.threads.pays(projections) {
+        let result = if pays {
             let mut result = Ok(());
             while result.is_ok() {
                 let shared = phases.clone().take_while(|phase| !phase.uses_threads());
@@ -648,6 +651,7 @@ impl<'a> TaskContext<'a> {
                     iteration: (iteration, settings.iterations.get()),
                     is_extrapolated: settings.order.get() > 1,
                     instructions,
+                    threads: self.context.threads,
                 });
             }
             Task::Average { iteration, .. } => {

@@ -498,7 +498,7 @@ pub fn each(
     work: impl Fn(&mut GroupedBody, &StepContext) + Sync,
 ) {
     let estimate = |it: &GroupedBody| match it.is_active() {
-        true => it.body.effects.load(it.body.topology, 1),
+        true => it.body.direct.load(it.body.effects, it.body.topology, 1),
         false => WorkEstimate::default(),
     };
     context.threads.for_each(

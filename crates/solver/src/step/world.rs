@@ -97,7 +97,7 @@ impl World {
         let iterations =
             settings.substeps.get() as usize * settings.substep(0).total_iterations() as usize;
         let estimate = |body: &Body, is_grouped: bool| match body.is_active() && !is_grouped {
-            true => body.effects.load(&body.topology, iterations),
+            true => body.direct.load(&body.effects, &body.topology, iterations),
             false => WorkEstimate::default(),
         };
         if together {
