@@ -1,6 +1,6 @@
 //! Elimination order of a sparse Cholesky factorization.
 
-use super::plan::TooLarge;
+use super::plan::{TooLarge, work_of};
 use std::collections::BTreeSet;
 
 /// Particles in the order of their elimination, and the neighbors of each at that time.
@@ -9,6 +9,8 @@ pub(super) type Elimination = Vec<(u32, Vec<u32>)>;
 /// The particles that are not eliminated, with an edge between any two that share a block.
 struct Graph {
     near: Vec<Vec<u32>>,
+    /// Number of edges.
+    edges: u64,
     /// Pairs of neighbors of each particle without an edge: what its elimination would fill in.
     fill: Vec<u64>,
     /// Marks of neighbors, by the number of the last search that found them.
@@ -31,6 +33,7 @@ impl Graph {
             fill: vec![0; particles],
             found: vec![0; particles],
             search: 0,
+            edges: near.iter().map(Vec::len).sum::<usize>() as u64 / 2,
             near,
         };
         for i in 0..particles {
@@ -69,6 +72,7 @@ impl Graph {
         self.mark(particle as usize);
         let clique = std::mem::take(&mut self.near[particle as usize]);
         changed.extend(&clique);
+        self.edges -= clique.len() as u64;
         for &a in &clique {
             let list = &mut self.near[a as usize];
             list.retain(|&k| k != particle);
@@ -100,6 +104,13 @@ impl Graph {
             near.push(other);
         }
         self.found[b as usize] = self.search;
+        self.edges += 1;
+    }
+
+    /// Lower bound on the work of `remaining` particles: each edge is a block of one of their columns, and
+    /// the work is least where all have the same number of blocks.
+    fn least_work(&self, remaining: usize) -> u64 {
+        work_of((self.edges / remaining as u64) as usize) * remaining as u64
     }
 }
 
@@ -117,10 +128,12 @@ pub(super) fn eliminate(
     let (mut order, mut changed) = (Vec::with_capacity(particles), Vec::new());
     let mut work = 0;
     while let Some((_, next)) = queue.pop_first() {
-        work += super::plan::work_of(graph.near[next as usize].len());
-        if work > max_work {
+        // Most of the work is in the last columns: without the bound, a body that is too large would
+        // take seconds to be refused.
+        if work + graph.least_work(particles - order.len()) > max_work {
             return Err(TooLarge);
         }
+        work += work_of(graph.near[next as usize].len());
         let clique = graph.eliminate(next, &mut changed);
         for i in changed.drain(..) {
             let cost = graph.cost(i);
