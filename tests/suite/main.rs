@@ -33,6 +33,7 @@ mod own_effects_text;
 mod program;
 mod program_fuzz;
 mod project;
+mod random_touching;
 mod random_worlds;
 mod recording_program;
 mod recording_replay;

@@ -18,8 +18,8 @@ use pliant::{
     simulation::{Asleep, BodyContacts, ContactEnded, ContactStarted, state_hash},
     solver::{
         Bend, Body, Contact, ContactThickness, Effects, Frequency, Friction, Grains, Particles,
-        Pressure, RepairTime, RestShape, Restitution, Rod, SelfContact, ShapeMatching, World,
-        ledger, measure, reference,
+        Pressure, RepairTime, RestShape, Restitution, Rod, RodRadius, SelfContact, ShapeMatching,
+        World, ledger, measure, reference,
     },
 };
 
@@ -752,7 +752,8 @@ fn bodies_can_be_removed_while_they_touch() {
     }
 }
 
-/// Bodies of every kind fly into each other: solids, a cloth, a balloon, a rope, a rod and grains.
+/// Bodies of every kind fly into each other: solids, a cloth, a balloon, a rope, a rod, hair, a rigid body and
+/// grains.
 /// Nothing acts on them from outside.
 #[test]
 fn momentum_stays_among_all_kinds_and_nothing_crosses() {
@@ -788,6 +789,15 @@ fn momentum_stays_among_all_kinds_and_nothing_crosses() {
         radius: 0.03,
         variation: 0.2,
     };
+    let hair = Primitive::Hair {
+        radius: 0.08,
+        coverage: 90.0,
+        strands: 24,
+        length: 0.12,
+        segments: 8,
+        curl: 0.0,
+        turns: 0.0,
+    };
     let kinds = [
         ("jelly", cube(0.3, 3), 300.0, solid(1e-4)),
         ("block", cube(0.25, 2), 300.0, solid(0.0)),
@@ -813,6 +823,32 @@ fn momentum_stays_among_all_kinds_and_nothing_crosses() {
             },
         ),
         (
+            "hair",
+            of(hair),
+            1e-3,
+            Effects {
+                rod: Some(Rod {
+                    radius: RodRadius::of(1e-3),
+                    ..Rod::default()
+                }),
+                self_contact: Some(SelfContact::default()),
+                ..touching
+            },
+        ),
+        (
+            "stone",
+            cube(0.2, 2),
+            800.0,
+            Effects {
+                // Rigid.
+                shape_matching: Some(ShapeMatching {
+                    frequency: Frequency::of(f32::INFINITY),
+                    ..ShapeMatching::default()
+                }),
+                ..touching
+            },
+        ),
+        (
             "grains",
             of(sand),
             500.0,
@@ -828,7 +864,7 @@ fn momentum_stays_among_all_kinds_and_nothing_crosses() {
     };
     world.sleep.enabled = false;
     for (place, (name, shape, density, effects)) in kinds.into_iter().enumerate() {
-        let angle = place as f32 / 7.0 * std::f32::consts::TAU;
+        let angle = place as f32 / 9.0 * std::f32::consts::TAU;
         let out = Vec3::new(angle.cos(), 0.13 * (place % 3) as f32 - 0.13, angle.sin());
         let mut one = with(body(name, shape, density), effects);
         one.translate(0.75 * out);
@@ -845,7 +881,7 @@ fn momentum_stays_among_all_kinds_and_nothing_crosses() {
         .map(|body| measure::momentum(&body.particles).length())
         .sum();
     let before = momentum(&world);
-    let mut met = [false; 7];
+    let mut met = [false; 9];
     for _ in 0..60 {
         world.tick();
         assert_eq!(world.crossings(), 0);
@@ -855,7 +891,7 @@ fn momentum_stays_among_all_kinds_and_nothing_crosses() {
             }
         }
     }
-    assert_eq!(met, [true; 7], "who has touched another");
+    assert_eq!(met, [true; 9], "who has touched another");
     assert!(world.bodies.iter().all(|body| body.quarantine.is_none()));
     let deviation = (momentum(&world) - before).length() / carried;
     assert!(deviation < 1e-5, "{deviation} of the momentum");
