@@ -114,14 +114,11 @@ impl Batch {
         }
         lanes[COLORS] = next;
         next += counts[COLORS] * WIDTH;
-        self.blocks.clear();
-        self.blocks.resize(next / WIDTH, Block::unused(places - 1));
-        self.starts.clear();
-        self.starts.resize(self.blocks.len(), Start::default());
-        self.rolls.clear();
-        if !part.spins.is_empty() {
-            self.rolls.resize(self.blocks.len(), Roll::default());
-        }
+        let count = next / WIDTH;
+        fill(&mut self.blocks, count, Block::unused(places - 1));
+        fill(&mut self.starts, count, Start::default());
+        let turning = if part.spins.is_empty() { 0 } else { count };
+        fill(&mut self.rolls, turning, Roll::default());
         for (pair, &color) in pairs.zip(&self.colors) {
             let next = &mut lanes[usize::from(color)];
             let (number, lane) = (*next / WIDTH, *next % WIDTH);
@@ -151,6 +148,16 @@ impl Batch {
             + size_of_val(&self.taken[..])
             + size_of_val(&self.colors[..])
     }
+}
+
+/// Fills a column with a number of equal items. It has room for more, as the number of contacts of a pile
+/// changes a little from tick to tick.
+fn fill<T: Clone>(column: &mut Vec<T>, count: usize, item: T) {
+    column.clear();
+    if column.capacity() < count {
+        column.reserve(count + count / 4);
+    }
+    column.resize(count, item);
 }
 
 /// A batch that a thread solves, with its part of the columns.
