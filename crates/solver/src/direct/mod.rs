@@ -329,9 +329,11 @@ impl DirectWorkspace {
     #[must_use]
     pub fn load(&self, effects: &Effects, topology: &Topology, iterations: usize) -> WorkEstimate {
         let mut load = effects.load(topology, iterations);
-        if effects.direct.is_some_and(|direct| !direct.yields) {
+        if self.is_large() && effects.direct.is_some_and(|direct| !direct.yields) {
             let each = self.fronts_work() / MULTIPLICATIONS_PER_PROJECTION;
             load.projections += each as usize * iterations;
+            // Fronts are divided among threads, also those of a body in one piece.
+            load.pieces = load.pieces.max(2);
         }
         load
     }

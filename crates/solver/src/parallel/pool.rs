@@ -2,11 +2,10 @@
 //!
 //! A tick of a body takes a few tenths of a millisecond, and waking a thread takes a twentieth.
 //! Therefore the caller starts at once, workers join when they are awake, and the caller waits only
-//! for those that have joined: [`rayon::ThreadPool::spawn_broadcast`] calls every worker, and one that
-//! finds no work returns. A worker that has performed work waits for the
-//! next for a tenth of a millisecond, because some effects have work for all threads in each pass. (With `install`, where the caller waits, a
-//! cloth of 64² was slower on two threads than on one at 4 substeps per tick, 0.68 ×, and 1.36 × as
-//! fast at 16.)
+//! for those that have joined: [`rayon::ThreadPool::spawn_broadcast`] calls every worker. Each then
+//! waits for the next piece of work for a tenth of a millisecond, because some effects have work for
+//! all threads in each pass. (With `install`, where the caller waits, a cloth of 64² was slower on two
+//! threads than on one at 4 substeps per tick, 0.68 ×, and 1.36 × as fast at 16.)
 
 #![allow(
     unsafe_code,
@@ -31,7 +30,8 @@ const PATIENCE: u32 = 256;
 const LINGER: u32 = 512;
 
 /// Work shared by the caller: called with 0 on its own thread, and with 1, 2 and so on by workers
-/// as they join. Each call must be able to complete all of the work alone.
+/// as they join. Each call must be able to complete all of the work alone. A worker may call it again
+/// while it is open, with another number.
 pub type Job<'a> = dyn Fn(usize) + Sync + 'a;
 
 /// Worker threads in addition to the calling thread.
@@ -54,6 +54,8 @@ struct PoolState {
     awake: AtomicUsize,
     /// Number of workers that have been called and have not come yet.
     called: AtomicUsize,
+    /// Number of the last call.
+    call: AtomicU64,
 }
 
 #[derive(Debug, Default)]
@@ -108,9 +110,9 @@ impl Pool {
         }
         // Even after a panic, the work is recalled before the caller leaves.
         let ended = catch_unwind(AssertUnwindSafe(|| {
-            if self.shared.calls(self.workers()) {
+            if let Some(call) = self.shared.calls(self.workers()) {
                 let shared = Arc::clone(&self.shared);
-                self.threads.spawn_broadcast(move |_| shared.join());
+                self.threads.spawn_broadcast(move |_| shared.join(call));
             }
             work(0);
         }));
@@ -141,38 +143,58 @@ impl PoolState {
         state.work = Some(Lent(work));
         state.is_taken = true;
         state.next = 1;
-        self.newest.fetch_add(1, Ordering::Release);
+        self.newest.fetch_add(1, Ordering::SeqCst);
         true
     }
 
-    /// Whether workers must be called: not if all of them are awake, or have been called and have not
-    /// come yet. If so, they count as called.
-    fn calls(&self, workers: usize) -> bool {
-        let come = self.awake.load(Ordering::Acquire) == workers
-            || self.called.load(Ordering::Acquire) > 0;
-        if !come {
-            self.called.store(workers, Ordering::Release);
+    /// Number of the call, if workers must be called: not if all of them are awake, or have been called
+    /// and have not come yet.
+    fn calls(&self, workers: usize) -> Option<u64> {
+        let come =
+            self.awake.load(Ordering::SeqCst) == workers || self.called.load(Ordering::Acquire) > 0;
+        if come {
+            return None;
         }
-        !come
+        self.called.store(workers, Ordering::Release);
+        Some(self.call.fetch_add(1, Ordering::AcqRel) + 1)
     }
 
-    /// Performs the open piece of work, if any, and those that follow soon.
-    fn join(&self) {
-        self.awake.fetch_add(1, Ordering::AcqRel);
+    /// Follows a call, with this number: performs the open piece of work, if any, and those that follow
+    /// soon.
+    fn join(&self, call: u64) {
+        self.awake.fetch_add(1, Ordering::SeqCst);
         self.called.fetch_sub(1, Ordering::AcqRel);
-        let (mut seen, mut turns) = (0, 0);
-        while turns < LINGER {
+        let mut seen = 0;
+        loop {
+            self.follow(&mut seen, call);
+            self.awake.fetch_sub(1, Ordering::SeqCst);
+            // Work that was opened in between counts on this worker, unless it has been called again.
+            if self.newest.load(Ordering::SeqCst) == seen || self.is_older(call) {
+                return;
+            }
+            self.awake.fetch_add(1, Ordering::SeqCst);
+        }
+    }
+
+    /// Whether all workers have been called again since. They follow that call next.
+    fn is_older(&self, call: u64) -> bool {
+        self.call.load(Ordering::Acquire) != call
+    }
+
+    /// Performs work until none has come for a while; `seen` is the number of the last piece.
+    fn follow(&self, seen: &mut u64, call: u64) {
+        let mut turns = 0;
+        while turns < LINGER && !self.is_older(call) {
             let newest = self.newest.load(Ordering::Acquire);
-            if newest == seen {
+            if newest == *seen {
                 pause(&mut turns);
                 continue;
             }
-            seen = newest;
+            *seen = newest;
             if let Some(performed) = self.perform() {
-                (seen, turns) = (performed, 0);
+                (*seen, turns) = (performed, 0);
             }
         }
-        self.awake.fetch_sub(1, Ordering::AcqRel);
     }
 
     /// Performs the open piece of work, if any, and returns its number.

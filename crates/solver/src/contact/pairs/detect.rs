@@ -518,9 +518,12 @@ impl Finder {
             let (kept, touch_at_rest) = if between == Between::Itself {
                 let rest = |v: u32| of_a.surface.rest[v as usize - of_a.first].as_dvec3();
                 let of = first.map(|corner| rest(vertices[corner as usize]));
-                match OF_REST * kind.distance(of) {
-                    0.0 => (thickness, true),
-                    most => (thickness.min(most as f32), false),
+                // The distance of edges that meet at an end may be rounded to other than 0.
+                let (one, other) = of.split_at(kind.split());
+                let most = OF_REST * kind.distance(of);
+                match most == 0.0 || one.iter().any(|x| other.contains(x)) {
+                    true => (thickness, true),
+                    false => (thickness.min(most as f32), false),
                 }
             } else {
                 (thickness - smaller, false)
