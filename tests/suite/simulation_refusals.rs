@@ -211,7 +211,7 @@ fn a_parameter_that_stops_another_effect_is_refused_and_wakes_nothing() {
     assert!(done(&mut app, rigid).is_empty());
 }
 
-/// The factorization of twelve cells along each side exceeds the limit, once something couples them.
+/// The factorization of 24 cells along each side exceeds the limit, once something couples them.
 #[test]
 fn an_effect_that_stops_another_one_is_not_added_and_wakes_nothing() {
     let effects = Effects {
@@ -222,7 +222,7 @@ fn an_effect_that_stops_another_one_is_not_added_and_wakes_nothing() {
         body,
         effect: "stretch".into(),
     };
-    let (mut app, body) = sleeping_cube(12, effects);
+    let (mut app, body) = sleeping_cube(24, effects);
     let message = refused(&mut app, add(body));
     assert!(
         message.starts_with("cannot add stretch to the body: "),
@@ -252,7 +252,7 @@ fn an_unfit_body_can_be_changed() {
         direct: Some(Direct::ALWAYS),
         ..Effects::default()
     };
-    let (mut app, body) = sleeping_cube(12, effects);
+    let (mut app, body) = sleeping_cube(24, effects);
     assert!(done(&mut app, set(body, "stretch", "compliance", 1e-3)).is_empty());
     let effect = "volume".into();
     assert!(done(&mut app, Action::AddEffect { body, effect }).is_empty());

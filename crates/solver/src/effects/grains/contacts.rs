@@ -6,9 +6,8 @@
 //! more than that. The slabs depend on the grains alone, and so do the bits.
 
 use super::{
-    PAIRS_PER_GRAIN,
     kernels::{Begin, Block, Limits, Pass, Piece, Roll, Start, Warm},
-    neighbors::{Neighbors, Slab},
+    neighbors::{Neighbors, PAIRS_PER_GRAIN, Slab},
 };
 use crate::{
     Threads,

@@ -1,9 +1,11 @@
 //! Contacts of grains in blocks of eight that share no grain, one per lane.
 
-use super::TOUCHING;
 use crate::lanes::{Lanes, SimdWork, Vectors, WIDTH};
 use fearless_simd::{f32x4, f32x8, prelude::*};
 use glam::Vec4;
+
+/// Grains closer than this fraction of their distance count as touching for cohesion.
+pub const TOUCHING: f32 = 0.01;
 
 /// Limits of the multipliers in a pass.
 #[derive(Debug, Clone, Copy)]

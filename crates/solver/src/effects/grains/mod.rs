@@ -15,8 +15,8 @@ use crate::{
 };
 use contacts::Contacts;
 use glam::{DVec3, Vec4};
-use kernels::Limits;
-use neighbors::Neighbors;
+use kernels::{Limits, TOUCHING};
+use neighbors::{Neighbors, PAIRS_PER_GRAIN};
 use serde::{Deserialize, Serialize};
 
 /// Contact of the grains of a body with each other.
@@ -206,12 +206,6 @@ impl BodyEffect for Grains {
         })
     }
 }
-
-/// Pairs of grains that may touch, per grain of a dense packing.
-const PAIRS_PER_GRAIN: usize = 5;
-
-/// Grains closer than this fraction of their distance count as touching for cohesion.
-const TOUCHING: f32 = 0.01;
 
 /// A contact of the reference, found among all pairs.
 #[derive(Debug, Clone)]

@@ -4,7 +4,6 @@
 //! cells is also the order of all columns of the contacts, so that grains that touch are close in memory,
 //! wherever they come from. Many grains are cut into slabs of some layers, for several threads.
 
-use super::PAIRS_PER_GRAIN;
 use crate::{
     Threads,
     lanes::{Instructions, Lanes, SimdWork, WIDTH},
@@ -24,6 +23,9 @@ const SUBSTEPS: u32 = 10;
 
 /// Margin for motion that contacts add, as a multiple of the predicted motion in a substep.
 const HORIZON: f32 = 1.2;
+
+/// Pairs of grains that may touch, per grain of a dense packing.
+pub const PAIRS_PER_GRAIN: usize = 5;
 
 /// Maximum number of grid cells per grain.
 const CELLS: u32 = 4;
