@@ -102,7 +102,7 @@ impl Fronts {
         all.find(plan);
         all.relate(plan.size());
         all.cut();
-        all.share();
+        all.divide();
         all
     }
 
@@ -214,7 +214,7 @@ impl Fronts {
     }
 
     /// Divides the work into tasks.
-    fn share(&mut self) {
+    fn divide(&mut self) {
         let mut first = Vec::with_capacity(self.fronts.len());
         let mut costs = Vec::with_capacity(self.fronts.len());
         for (number, front) in self.fronts.iter().enumerate() {

@@ -131,12 +131,12 @@ impl Threads {
             _ => small().map(projections).sum(),
         };
         let small = items.iter_mut().filter(|item| !is_large(item));
-        self.share(small, projections, &|item| work(item, &one));
+        self.distribute(small, projections, &|item| work(item, &one));
     }
 
     /// Performs `work` for each of the items, on all threads if this number of projections
     /// justifies that.
-    pub fn share<T>(
+    pub fn distribute<T>(
         &self,
         items: impl Iterator<Item = T> + Send,
         projections: usize,

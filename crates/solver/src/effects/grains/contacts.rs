@@ -209,7 +209,7 @@ fn each<'a>(
             batch,
         }
     });
-    threads.share(parts, pairs, work);
+    threads.distribute(parts, pairs, work);
 }
 
 /// Number of pairs of batches.
@@ -271,12 +271,12 @@ impl Contacts {
         // About the time of four projections.
         let projections = 4 * neighbors.pairs();
         let inside = self.inside.iter_mut().zip(slabs).enumerate();
-        threads.share(inside, projections, &|(number, (batch, slab))| {
+        threads.distribute(inside, projections, &|(number, (batch, slab))| {
             let slabs = (number, slice::from_ref(slab));
             batch.assign(slabs, slab.inside.iter(), grains);
         });
         let across = self.across.iter_mut().zip(slabs.windows(2)).enumerate();
-        threads.share(across, projections, &|(number, (batch, slabs))| {
+        threads.distribute(across, projections, &|(number, (batch, slabs))| {
             let pairs = slabs[0].across[1].iter().chain(&slabs[1].across[0]);
             batch.assign((number, slabs), pairs, grains);
         });
@@ -321,7 +321,7 @@ impl Contacts {
         let projections = pairs(self.inside.iter());
         let between = self.across.iter_mut().chain([&mut self.beyond]);
         let batches = self.inside.iter_mut().chain(between);
-        threads.share(batches, projections, &|batch: &mut Batch| {
+        threads.distribute(batches, projections, &|batch: &mut Batch| {
             let places = batch.places.clone();
             instructions.run(Begin {
                 blocks: &mut batch.blocks,
@@ -418,7 +418,7 @@ impl Contacts {
         let chunks = chunks.map(|particles| (particles, spins.next().unwrap_or_default()));
         // A motion takes less time than a projection, but threads are awake after a pass.
         let projections = PAIRS_PER_GRAIN * self.places.len();
-        threads.share(chunks, projections, &|(particles, spins)| {
+        threads.distribute(chunks, projections, &|(particles, spins)| {
             let ((displacements, carries), places) = particles;
             for (spin, &place) in spins.iter_mut().zip(places) {
                 *spin = (turns[place as usize] / h).with_w(spin.w);

@@ -17,8 +17,8 @@ use std::ops::Range;
 /// least, and at most. Larger values find more pairs less often.
 const MARGIN: [f32; 2] = [0.2, 1.5];
 
-/// Largest number of substeps for which pairs are found. For all 20 substeps of a tick, a collapsing
-/// column had so many pairs that its tick took a third longer; for 5, it took no less.
+/// Maximum number of substeps for which pairs are found. A tick of a collapsing column took a third
+/// longer with pairs for all of its 20 substeps; fewer than 10 were no faster.
 const SUBSTEPS: u32 = 10;
 
 /// Margin for motion that contacts add, as a multiple of the predicted motion in a substep.
@@ -220,7 +220,7 @@ impl Neighbors {
         } = self;
         // A pair is found in about the time of a projection.
         let projections = PAIRS_PER_GRAIN * count;
-        threads.share(slabs.iter_mut(), projections, &|slab| {
+        threads.distribute(slabs.iter_mut(), projections, &|slab| {
             instructions.run(FindPairs {
                 slab,
                 columns,
