@@ -4,6 +4,7 @@
 
 use crate::{
     fuzz_support::fuzz,
+    random_worlds::assert_deterministic,
     support::{body, settings, stretch, volume},
 };
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
@@ -11,8 +12,8 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Bend, Body, BreakingStrain, Collide, Collider, ColliderShape, Contact, Emitter, Force,
-        GrainRolling, Grains, Ground, Instructions, Membrane, NeoHookean, PieceSize, Pose,
-        SelfContact, Sink, Tear, Threads, Toughness, Turbulence, VertexIndex, Wind, World,
+        GrainRolling, Grains, Ground, Membrane, NeoHookean, PieceSize, Pose, SelfContact, Sink,
+        Tear, Toughness, Turbulence, VertexIndex, Wind, World,
     },
 };
 use proptest::prelude::*;
@@ -262,8 +263,6 @@ struct Seen {
 /// bit-identical on any number of threads and with any instruction set.
 #[test]
 fn bodies_that_touch_tear_and_come_stay_finite_and_are_deterministic() {
-    let threads = [2, 8].map(|count| Threads::new(count).expect("they can be had"));
-    let least = Instructions::all().pop().expect("there is one at least");
     let seen = std::cell::Cell::new(Seen::default());
     let worlds = (
         prop::collection::vec(thing(), 2..5),
@@ -298,21 +297,7 @@ fn bodies_that_touch_tear_and_come_stay_finite_and_are_deterministic() {
                 now.emitted += usize::from(thing.kind == Kind::Grains && has_more);
             }
             seen.set(now);
-            let expected = world.state_hash();
-            for threads in &threads {
-                let mut again = World {
-                    threads: threads.clone(),
-                    ..start.clone()
-                };
-                (0..TICKS).for_each(|_| again.tick());
-                assert_eq!(again.state_hash(), expected, "{} threads", threads.count());
-            }
-            let mut again = World {
-                instructions: least,
-                ..start
-            };
-            (0..TICKS).for_each(|_| again.tick());
-            assert_eq!(again.state_hash(), expected, "least instructions");
+            assert_deterministic(&start, TICKS, world.state_hash());
         },
     );
     let seen = seen.get();

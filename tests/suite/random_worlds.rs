@@ -381,13 +381,33 @@ fn pinned(world: &World) -> Vec<Vec<(usize, Vec4)>> {
 /// Number of ticks that are checked.
 const TICKS: usize = 20;
 
+/// A world has the same state after these ticks on any number of threads, and with the least instructions.
+pub fn assert_deterministic(start: &World, ticks: usize, expected: u64) {
+    let assert_same = |mut again: World, what: &str| {
+        (0..ticks).for_each(|_| again.tick());
+        assert_eq!(again.state_hash(), expected, "{what}");
+    };
+    for count in [1, 2, 8] {
+        let threads = Threads::new(count).expect("they can be had");
+        let again = World {
+            threads,
+            ..start.clone()
+        };
+        assert_same(again, &format!("{count} threads"));
+    }
+    let instructions = Instructions::all().pop().expect("there is one at least");
+    let again = World {
+        instructions,
+        ..start.clone()
+    };
+    assert_same(again, "least instructions");
+}
+
 /// For any valid scene: after every tick each body is finite, or is in quarantine at its last
 /// finite state and reported; pinned particles have not moved by a bit; and the run is
 /// bit-identical when repeated, on any number of threads and with any instruction set.
 #[test]
 fn any_world_stays_finite_or_is_quarantined_keeps_its_pins_and_is_deterministic() {
-    let threads = [1, 2, 8].map(|count| Threads::new(count).expect("they can be had"));
-    let least = Instructions::all().pop().expect("there is one at least");
     fuzz("any world", 400, &wild(ALL), |wild| {
         let start = wild.world();
         let pins = pinned(&start);
@@ -408,21 +428,7 @@ fn any_world_stays_finite_or_is_quarantined_keeps_its_pins_and_is_deterministic(
                 }
             }
         }
-        let expected = world.state_hash();
-        for threads in &threads {
-            let mut again = World {
-                threads: threads.clone(),
-                ..start.clone()
-            };
-            (0..TICKS).for_each(|_| again.tick());
-            assert_eq!(again.state_hash(), expected, "{} threads", threads.count());
-        }
-        let mut again = World {
-            instructions: least,
-            ..start
-        };
-        (0..TICKS).for_each(|_| again.tick());
-        assert_eq!(again.state_hash(), expected, "least instructions");
+        assert_deterministic(&start, TICKS, world.state_hash());
     });
 }
 
