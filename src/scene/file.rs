@@ -9,7 +9,8 @@ use crate::{
     effect::{OwnEffects, own::options},
     mesh::{Bounds, BuildOptions, Primitive, Treatment},
     solver::{
-        Compliance, Cut, Density, Force, Mass, Path, Settings, VertexIndex, deform::Deformation,
+        Compliance, Cut, Density, Force, Mass, Path, Settings, Toughness, VertexIndex,
+        deform::Deformation,
     },
 };
 use glam::{UVec3, Vec3};
@@ -211,6 +212,13 @@ pub struct StitchSpec {
     /// Force at which it breaks [N]; default inf, never.
     #[serde(default)]
     pub strength: Force,
+    /// Energy that it stores when it breaks [J], by its compliance; default inf, never.
+    #[serde(default = "unlimited")]
+    pub toughness: Toughness,
+}
+
+const fn unlimited() -> Toughness {
+    Toughness::of(f32::INFINITY)
 }
 
 /// A point of a body.

@@ -7,8 +7,8 @@ use super::{
 use crate::{
     mesh,
     solver::{
-        Body, Collider, NotARod, ParticleIndex, RodShape, Stitch, StitchEnd, StitchError, Stitches,
-        SurfacePoint, Topology, VertexIndex, World, contact::on_triangle,
+        Body, Collider, Compliance, NotARod, ParticleIndex, RodShape, Stitch, StitchEnd,
+        StitchError, Stitches, SurfacePoint, Topology, VertexIndex, World, contact::on_triangle,
     },
     suggestion::similar,
 };
@@ -93,17 +93,29 @@ pub(super) fn join(scene: &Scene, world: &mut World) -> Result<(), SceneError> {
 }
 
 fn stitch(spec: &StitchSpec, point: SurfacePoint, to: StitchEnd) -> Stitch {
+    let tough = Stitch::strength_of(spec.toughness, spec.compliance);
     Stitch {
         point,
         to,
         compliance: spec.compliance,
-        strength: spec.strength,
+        strength: if tough < spec.strength {
+            tough
+        } else {
+            spec.strength
+        },
         broken: false,
     }
 }
 
 /// The points of a body that a stitch of the file holds: one, or those of all roots.
 fn points(spec: &StitchSpec, body: &Body) -> Result<Vec<SurfacePoint>, String> {
+    if spec.toughness.get().is_finite() && spec.compliance == Compliance::default() {
+        return Err(
+            "a rigid stitch stores no energy, so `toughness` needs a `compliance`; or give it a \
+             `strength`"
+                .into(),
+        );
+    }
     let vertices = match (spec.point, &spec.to) {
         (PointSpec::Roots(count), StitchTo::Collider(_) | StitchTo::Body(_)) => {
             roots(&body.topology, count)?

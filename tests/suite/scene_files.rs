@@ -440,6 +440,19 @@ fn a_body_begins_with_its_cuts_and_stitches_of_a_region() {
     let edge = "effects: (), stitches: [(point: Within(low: (-1, -1, 0.099), high: (1, 1, 1)), to: Collider(1))]";
     let stitched = built(edge).expect("sound").world;
     assert_eq!(stitched.bodies[0].stitches.all().len(), 9);
+    // A stitch of 2 m/N that stores 1 J pulls with 1 N.
+    let tough = edge.replace(
+        "Collider(1))",
+        "Collider(1), compliance: 2, strength: 5, toughness: 1)",
+    );
+    let tough = built(&tough).expect("sound").world;
+    assert_eq!(tough.bodies[0].stitches.all()[0].strength.get(), 1.0);
+    let rigid = edge.replace("Collider(1))", "Collider(1), toughness: 1)");
+    let error = built(&rigid).expect_err("it stores no energy");
+    assert!(
+        error.contains("stitch 1: a rigid stitch stores no energy"),
+        "{error}"
+    );
     let nothing = "effects: (), stitches: [(point: Within(low: (5, 5, 5), high: (6, 6, 6)), to: Collider(1))]";
     let error = built(nothing).expect_err("nothing is there");
     assert!(error.contains("stitch 1: no vertex is within"), "{error}");

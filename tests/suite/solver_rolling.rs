@@ -5,8 +5,9 @@ use glam::{DVec3, Vec3};
 use pliant::{
     mesh::{GrainRegion, Primitive},
     solver::{
-        Body, Collide, Collider, ColliderShape, Effects, Friction, GrainRolling, Grains, Ground,
-        Pose, RestShape, Settings, Threads, World, measure, reference,
+        Body, Capacity, Coefficient, Collide, Collider, ColliderShape, Effects, Emitter, Finite,
+        Friction, GrainRadius, GrainRolling, Grains, Ground, Pose, RestShape, Settings, Threads,
+        World, measure, reference,
     },
 };
 
@@ -375,6 +376,41 @@ fn grains_flow_through_a_hole_by_the_law_of_beverloo() {
     }
     let clogged = flow(0.12, f64::INFINITY);
     assert!(clogged < 0.4 * flows[0], "{clogged} kg/s of {flows:?}");
+}
+
+/// A heap that an emitter pours keeps the slope of sand with µ = 0.5, arctan 0.5 ± 5°, and sleeps. It must
+/// not creep meanwhile: friction acts on what iterations have found of the load.
+#[test]
+fn a_poured_heap_holds_the_slope_of_its_friction() {
+    let mut sand = at(&[(Vec3::new(0.0, RADIUS, 0.0), RADIUS)], rolling(0.5, 0.2));
+    sand.effects.ground = floor(0.5);
+    sand.effects.emitter = Some(Emitter {
+        rate: Coefficient::of(400.0),
+        capacity: Capacity::of(1200),
+        speed: Coefficient::of(0.2),
+        opening: Coefficient::of(0.05),
+        radius: GrainRadius::of(RADIUS),
+        y: Finite::of(0.25),
+        ..Emitter::default()
+    });
+    let mut world = world_of(settings(GRAVITY, 60.0, 40, 8), sand);
+    world.sleep.enabled = true;
+    // It is poured for 3 s.
+    run(&mut world, 9.0);
+    assert_eq!(world.bodies[0].particles.len(), 1200);
+    assert!(world.bodies[0].asleep);
+    let particles = &world.bodies[0].particles;
+    let middle = measure::center_of_mass(particles);
+    let mean = |of: &dyn Fn(DVec3) -> f64| {
+        let all = (0..particles.len()).map(|i| of(particles.position(i)));
+        all.sum::<f64>() / particles.len() as f64
+    };
+    // Of a cone: tan θ = 2⟨z⟩/⟨ρ⟩, with the lowest grains at the height of their mean radius.
+    let height = mean(&|x| x.y) - 0.9 * f64::from(RADIUS);
+    let radius = mean(&|x| (x - middle).with_y(0.0).length());
+    let slope = (2.0 * height / radius).atan().to_degrees();
+    let expected = 0.5_f64.atan().to_degrees();
+    assert!((slope - expected).abs() < 5.0, "{slope}°, not {expected}°");
 }
 
 /// The radius that a collapsed column of grains reaches, as a multiple of what it had, depends on

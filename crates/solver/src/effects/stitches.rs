@@ -4,7 +4,7 @@ use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Compliance, Force, ParticleIndex, SurfacePoint, contact::collider::SweptCollider,
+    Compliance, Force, ParticleIndex, SurfacePoint, Toughness, contact::collider::SweptCollider,
     particles::Part, step::scope::WholeBody,
 };
 use glam::{DVec3, Vec3};
@@ -73,6 +73,16 @@ pub enum StitchError {
         /// The particle.
         particle: ParticleIndex,
     },
+}
+
+impl Stitch {
+    /// Force F [N] at which a stitch of compliance α [m/N] stores the energy ½F²α = `toughness` [J]; ∞ for a
+    /// rigid one, which stores none.
+    #[must_use]
+    pub fn strength_of(toughness: Toughness, compliance: Compliance) -> Force {
+        let square = 2.0 * f64::from(toughness.get()) / f64::from(compliance.get());
+        Force::try_from(square.sqrt()).unwrap_or_default()
+    }
 }
 
 /// The stitches of a body, including broken ones: they are part of the state.
