@@ -4,12 +4,15 @@ use crate::support_app::{app_of, cubes, done, push, set, ticks};
 use bevy::{ecs::message::Messages, prelude::*};
 use pliant::{
     effect::{Collide, Stretch},
-    simulation::{Action, Applied, BodyDensity, Pins, Quarantined, SoftBody, state_hash},
+    mesh::Skin,
+    scene::Scene,
+    simulation::{Action, Applied, BodyDensity, BodySkin, Pins, Quarantined, SoftBody, state_hash},
     solver::{
-        Density, Grab, ParticleIndex, Particles, SurfacePoint, VertexIndex, deform::Deformation,
-        measure,
+        Cut, Density, Grab, ParticleIndex, Particles, SurfacePoint, VertexIndex,
+        deform::Deformation, measure,
     },
 };
+use std::sync::Arc;
 
 fn point() -> SurfacePoint {
     SurfacePoint::new(&[(ParticleIndex(0), 0.5), (ParticleIndex(1), 0.5)]).expect("sound")
@@ -214,4 +217,76 @@ fn actions_are_reported_with_their_ticks_in_order_and_can_be_repeated() {
         ticks(&mut again, 1);
     }
     assert_eq!(state_hash(again.world_mut()), state_hash(app.world_mut()));
+}
+
+/// Points of a skin stay where they are when the body is cut, and no triangle is left between the pieces.
+#[test]
+fn a_skin_comes_apart_with_its_body() {
+    let text = "Scene(title: \"\", look_at: \"\", world: (gravity: (0, 0, 0)), bodies: [(name: \"bunny\", \
+                mesh: (file: \"bunny\", size: 1, cells: 8), effects: (stretch: (), volume: ()))], \
+                acceptance: (seconds: 1))";
+    let built = text.parse::<Scene>().expect("a scene").build();
+    let built = built.expect("a world");
+    let skin = built.skins[0].clone().expect("a skin");
+    let (mut app, bodies, _) = app_of(&built.world);
+    let bunny = bodies[0];
+    app.world_mut().entity_mut(bunny).insert(BodySkin(skin));
+    let state = |app: &App| {
+        let entity = app.world().entity(bunny);
+        let (body, particles, skin) = entity.components::<(&SoftBody, &Particles, &BodySkin)>();
+        let mut at = Vec::new();
+        skin.0.deform(&body.0, particles, &mut at);
+        (Arc::clone(&body.0), Arc::clone(&skin.0), at)
+    };
+    let longest = |skin: &Skin, at: &[Vec3]| {
+        let sides = skin
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let lengths = sides.map(|[a, b]| at[a as usize].distance(at[b as usize]));
+        lengths.fold(0.0, f32::max)
+    };
+    let (_, before, start) = state(&app);
+    let cut = Cut {
+        eye: Vec3::new(0.0, 9.0, 0.0),
+        rays: [Vec3::new(0.0, -1.0, -1.0), Vec3::new(0.0, -1.0, 1.0)],
+    };
+    let refused = done(&mut app, Action::Cut { body: bunny, cut });
+    assert!(refused.is_empty(), "{refused:?}");
+    let (topology, after, at) = state(&app);
+    // It is at rest in the tick of the cut, but for rounding.
+    let moved = start.iter().zip(&at).map(|(a, b)| a.distance(*b));
+    assert!(moved.fold(0.0, f32::max) < 1e-5);
+    let removed = 1.0 - after.triangles.len() as f64 / before.triangles.len() as f64;
+    // Those that the faces of the crack cross, in a strip around the body that is one of its own triangles wide.
+    assert!(0.0 < removed && removed < 0.1, "{removed}");
+
+    // Pieces, by the tetrahedra.
+    let mut piece: Vec<usize> = (0..topology.particles()).collect();
+    let mut changed = true;
+    while std::mem::take(&mut changed) {
+        for corners in topology.tetrahedra.corners() {
+            let first = corners.map(|i| piece[i as usize]).into_iter().min();
+            for i in corners {
+                changed |= Some(std::mem::replace(
+                    &mut piece[i as usize],
+                    first.expect("four"),
+                )) != first;
+            }
+        }
+    }
+    assert!(piece.iter().any(|it| *it != piece[0]), "it is cut in two");
+    let mut particles = app.world_mut().get_mut::<Particles>(bunny).expect("a body");
+    let mut sides = vec![0.0; piece.len()];
+    for (i, piece) in piece.iter().enumerate() {
+        sides[*piece] += particles.positions[i].x;
+    }
+    for i in 0..topology.particles() {
+        particles.set_velocity(i, Vec3::X * sides[piece[i]].signum());
+    }
+    ticks(&mut app, 60);
+    let (_, skin, at) = state(&app);
+    // The pieces have gone a meter to the left or right, and are as they were.
+    let (was, is) = (longest(&before, &start), longest(&skin, &at));
+    assert!(is < 1.01 * was, "{was} m, then {is} m");
 }
