@@ -24,7 +24,7 @@ use crate::{
     },
     solver::{Body, Substeps, Threads, VertexIndex, topology::bounds},
 };
-use bevy::prelude::*;
+use bevy::{math::DVec3, prelude::*};
 use std::ops::ControlFlow;
 
 /// Largest yardstick for which an effect is advised against, as a fraction of the size of the
@@ -342,21 +342,27 @@ fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
         if a.quarantine.is_some() || b.quarantine.is_some() {
             return None;
         }
-        // By vertex: a body that is torn in one of them has additional particles there.
-        let at = |body: &Body, vertex| {
-            body.particles.positions[body.topology.particle(VertexIndex(vertex))]
-        };
-        let both = a.particles.len().min(b.particles.len()) as u32;
+        let (a_places, b_places) = (places(a), places(b));
+        let mut matched = 0;
+        let (mut rest, mut others) = (&a_places[..], &b_places[..]);
+        while let ([(one, p), next @ ..], [(other, q), beyond @ ..]) = (rest, others) {
+            if one <= other {
+                rest = next;
+            }
+            if other <= one {
+                others = beyond;
+            }
+            if one == other {
+                let squared = p.distance_squared(*q);
+                sum += squared;
+                max = max.max(squared);
+                matched += 1;
+            }
+        }
         if !a.topology.radii.is_empty() {
-            unmatched += a.particles.len().abs_diff(b.particles.len());
+            unmatched += a_places.len() + b_places.len() - 2 * matched;
         }
-        for vertex in 0..both {
-            let (p, q) = (at(a, vertex), at(b, vertex));
-            let squared = (p.truncate().as_dvec3() - q.truncate().as_dvec3()).length_squared();
-            sum += squared;
-            max = max.max(squared);
-            count += 1;
-        }
+        count += matched;
     }
     let rms = (sum / count.max(1) as f64).sqrt();
     rms.is_finite().then(|| Distance {
@@ -364,6 +370,27 @@ fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
         max: max.sqrt(),
         unmatched,
     })
+}
+
+/// Positions of the particles of a body [m] by what identifies them, in ascending order: the number of the
+/// vertex, as a torn body has additional particles; of grains the radius, as those that disappear change
+/// the numbers of the others. Grains of one radius are identified by their order.
+fn places(body: &Body) -> Vec<(u32, DVec3)> {
+    let Body {
+        topology,
+        particles,
+        ..
+    } = body;
+    let vertices = 0..particles.len() as u32;
+    let mut places: Vec<_> = vertices
+        .map(|vertex| {
+            let i = topology.particle(VertexIndex(vertex));
+            let radius = topology.radii.get(i).map(|radius| radius.to_bits());
+            (radius.unwrap_or(vertex), particles.position(i))
+        })
+        .collect();
+    places.sort_by_key(|(key, _)| *key);
+    places
 }
 
 /// Numbers of bodies and of grains.
@@ -381,4 +408,32 @@ fn size(bodies: &[Body]) -> f64 {
         f64::from(low.distance(high) + 2.0 * radius)
     };
     bodies.iter().map(diagonal).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::{Density, RestShape, Topology};
+    use std::sync::Arc;
+
+    fn grains(radii: &[f32]) -> Body {
+        let shape = RestShape {
+            vertices: radii.iter().map(|radius| Vec3::X * *radius).collect(),
+            radii: radii.to_vec(),
+            ..RestShape::default()
+        };
+        let topology = Topology::new(shape).expect("grains");
+        Body::new("grains", Arc::new(topology), Density::of(1.0))
+    }
+
+    #[test]
+    fn grains_are_compared_with_themselves_though_others_disappear() {
+        let all = [grains(&[0.3, 0.1, 0.4, 0.2, 0.2])];
+        let fewer = [grains(&[0.3, 0.4, 0.2, 0.2])];
+        let found = distance(&all, &fewer).expect("finite");
+        assert_eq!((found.max, found.unmatched), (0.0, 1));
+        let others = [grains(&[0.3, 0.4, 0.2, 0.25])];
+        let found = distance(&fewer, &others).expect("finite");
+        assert_eq!((found.max, found.unmatched), (0.0, 2));
+    }
 }
