@@ -20,6 +20,7 @@ use pliant::{
             },
             show,
         },
+        render::quality::EffectiveQuality,
         state::{
             color::ColorMode,
             display::{DisplaySettings, Theme},
@@ -220,7 +221,7 @@ fn model() -> PanelModel {
         reference_overlay: None,
         display: DisplaySettings::default(),
         automatic_scale: 1.0,
-        low_quality: false,
+        quality: EffectiveQuality::High,
     }
 }
 

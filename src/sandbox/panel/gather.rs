@@ -136,7 +136,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         reference_overlay: reference_overlay::model(world),
         display: *world.resource::<DisplaySettings>(),
         automatic_scale: world.resource::<InterfaceScale>().automatic,
-        low_quality: *world.resource::<EffectiveQuality>() == EffectiveQuality::Low,
+        quality: *world.resource::<EffectiveQuality>(),
     }
 }
 

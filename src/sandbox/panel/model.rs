@@ -8,6 +8,7 @@ use super::{energy::EnergyTrack, history::History};
 use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
+        render::quality::EffectiveQuality,
         state::{
             color::ColorMode, display::DisplaySettings, hands::Hands, keep::RecentFile,
             search::PanelSearch, selection::Scope, spawn::Spawn, view::SolverView,
@@ -98,8 +99,8 @@ pub struct PanelModel {
     pub display: DisplaySettings,
     /// Scale of the interface that is chosen automatically.
     pub automatic_scale: f32,
-    /// Whether the picture is drawn in low quality.
-    pub low_quality: bool,
+    /// The quality in which the picture is drawn.
+    pub quality: EffectiveQuality,
 }
 
 /// What the File menu shows.

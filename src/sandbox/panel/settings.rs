@@ -10,6 +10,7 @@ use super::{
     section::{self, RowButton, section},
 };
 use crate::sandbox::{
+    render::quality::EffectiveQuality,
     state::{
         display::{DisplayChange, Quality, SCALE_STEPS, Side, Theme},
         request::Request,
@@ -32,7 +33,7 @@ const ROWS: &[Row] = &[
         title: "Quality",
         help: "Low draws no shadows, does not smooth edges, and draws the bodies at two thirds of \
                the resolution. Auto measures the time of a frame and lowers the quality if drawing \
-               is slow.",
+               is slow, below 30 frames per second to half the resolution.",
         draw: quality,
     },
     Row {
@@ -112,9 +113,10 @@ fn first_steps(ui: &mut Ui, panel: &mut Panel, _: &PanelModel, help: &str) {
 }
 
 fn quality(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, help: &str) {
-    let automatic = match (model.display.quality, model.low_quality) {
-        (Quality::Auto, true) => "Auto: low",
-        (Quality::Auto, false) => "Auto: high",
+    let automatic = match (model.display.quality, model.quality) {
+        (Quality::Auto, EffectiveQuality::Lowest) => "Auto: lowest",
+        (Quality::Auto, EffectiveQuality::Low) => "Auto: low",
+        (Quality::Auto, EffectiveQuality::High) => "Auto: high",
         _ => "Auto",
     };
     let choices = [

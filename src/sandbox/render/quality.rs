@@ -18,8 +18,8 @@ use crate::{
 use bevy::{light::ShadowFilteringMethod, prelude::*, render::renderer::RenderAdapterInfo};
 use std::time::{Duration, Instant};
 
-/// Frame time above which the quality is lowered [s].
-const SLOW: f32 = 1.0 / 25.0;
+/// Frame time above which the quality is lowered from high, and from low [s].
+const SLOW: [f32; 2] = [1.0 / 25.0, 1.0 / 30.0];
 /// Frame time below which the quality may be raised [s].
 const FAST: f32 = 1.0 / 50.0;
 /// Time of slow frames after which the quality is lowered [s].
@@ -35,17 +35,44 @@ const MAX_TICKS: f32 = 0.6;
 /// The quality in which the picture is drawn.
 #[derive(Resource, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EffectiveQuality {
-    /// No shadows, no smoothed edges, a lower resolution.
+    /// As low, at half the resolution of the window.
+    Lowest,
+    /// No shadows, no smoothed edges, two thirds of the resolution.
     Low,
     /// Shadows, smoothed edges, and the resolution of the window.
     #[default]
     High,
 }
 
+impl EffectiveQuality {
+    /// Drawn pixels per pixel of the screen, in each direction.
+    pub const fn resolution(self) -> f32 {
+        match self {
+            Self::Lowest => 0.5,
+            Self::Low => 2.0 / 3.0,
+            Self::High => 1.0,
+        }
+    }
+
+    const fn lower(self) -> Self {
+        match self {
+            Self::High => Self::Low,
+            Self::Low | Self::Lowest => Self::Lowest,
+        }
+    }
+
+    const fn higher(self) -> Self {
+        match self {
+            Self::Lowest => Self::Low,
+            Self::Low | Self::High => Self::High,
+        }
+    }
+}
+
 /// Chooses the quality by the frame time.
 #[derive(Resource, Debug, Clone, PartialEq)]
 struct Governor {
-    low: bool,
+    quality: EffectiveQuality,
     slow: f32,
     fast: f32,
     fast_for: f32,
@@ -54,7 +81,7 @@ struct Governor {
 impl Default for Governor {
     fn default() -> Self {
         Self {
-            low: false,
+            quality: EffectiveQuality::High,
             slow: 0.0,
             fast: 0.0,
             fast_for: FAST_FOR,
@@ -68,19 +95,26 @@ impl Governor {
         if frame > STALL || ticks > MAX_TICKS * frame {
             return;
         }
-        if self.low {
-            self.fast = if frame < FAST { self.fast + frame } else { 0.0 };
-            if self.fast > self.fast_for {
-                (self.low, self.slow) = (false, 0.0);
-                self.fast_for *= 2.0;
-            }
-        } else {
-            let change = if frame > SLOW { frame } else { -frame };
-            self.slow = (self.slow + change).max(0.0);
-            if self.slow > SLOW_FOR {
-                (self.low, self.fast) = (true, 0.0);
-            }
+        self.fast = if frame < FAST { self.fast + frame } else { 0.0 };
+        if self.quality != EffectiveQuality::High && self.fast > self.fast_for {
+            self.set(self.quality.higher());
+            self.fast_for *= 2.0;
         }
+        let limit = SLOW[usize::from(self.quality != EffectiveQuality::High)];
+        let change = if frame > limit { frame } else { -frame };
+        self.slow = (self.slow + change).max(0.0);
+        if self.slow > SLOW_FOR {
+            self.set(self.quality.lower());
+        }
+    }
+
+    fn set(&mut self, quality: EffectiveQuality) {
+        *self = Self {
+            quality,
+            slow: 0.0,
+            fast: 0.0,
+            ..*self
+        };
     }
 }
 
@@ -122,7 +156,9 @@ fn end_ticks(mut time: ResMut<TickTime>) {
 }
 
 fn start(adapter: Option<Res<RenderAdapterInfo>>, mut governor: ResMut<Governor>) {
-    governor.low = adapter.is_some_and(|adapter| is_software(&adapter));
+    if adapter.is_some_and(|adapter| is_software(&adapter)) {
+        governor.set(EffectiveQuality::Low);
+    }
 }
 
 fn choose(
@@ -132,19 +168,15 @@ fn choose(
     mut governor: ResMut<Governor>,
     mut quality: ResMut<EffectiveQuality>,
 ) {
-    let low = match settings.quality {
-        Quality::Auto if activity.is_idle() => governor.low,
+    quality.set_if_neq(match settings.quality {
         Quality::Auto => {
-            governor.pass(time.delta_secs(), ticks.spent.as_secs_f32());
-            governor.low
+            if !activity.is_idle() {
+                governor.pass(time.delta_secs(), ticks.spent.as_secs_f32());
+            }
+            governor.quality
         }
-        Quality::Low => true,
-        Quality::High => false,
-    };
-    quality.set_if_neq(if low {
-        EffectiveQuality::Low
-    } else {
-        EffectiveQuality::High
+        Quality::Low => EffectiveQuality::Low,
+        Quality::High => EffectiveQuality::High,
     });
 }
 
@@ -161,7 +193,9 @@ fn apply(
     // `studio.wgsl` leaves shadows out with the simple filter: a software renderer would pay for
     // the lookup even where a branch skips it.
     let (smoothing, filter) = match *quality {
-        EffectiveQuality::Low => (Msaa::Off, ShadowFilteringMethod::Hardware2x2),
+        EffectiveQuality::Lowest | EffectiveQuality::Low => {
+            (Msaa::Off, ShadowFilteringMethod::Hardware2x2)
+        }
         EffectiveQuality::High => (Msaa::Sample4, ShadowFilteringMethod::Gaussian),
     };
     for camera in &cameras {
@@ -174,28 +208,32 @@ fn apply(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{EffectiveQuality::*, *};
 
-    fn after(governor: &mut Governor, seconds: f32, frame: f32, ticks: f32) -> bool {
+    fn after(governor: &mut Governor, seconds: f32, frame: f32, ticks: f32) -> EffectiveQuality {
         for _ in 0..(seconds / frame).ceil() as u32 {
             governor.pass(frame, ticks);
         }
-        governor.low
+        governor.quality
     }
 
     #[test]
     fn slow_frames_lower_the_quality_and_a_few_do_not() {
         let mut governor = Governor::default();
-        assert!(!after(&mut governor, 1.0, 0.1, 0.0));
-        assert!(!after(&mut governor, 5.0, 0.016, 0.0));
-        assert!(after(&mut governor, 3.0, 0.1, 0.0));
+        assert_eq!(after(&mut governor, 1.0, 0.1, 0.0), High);
+        assert_eq!(after(&mut governor, 5.0, 0.016, 0.0), High);
+        assert_eq!(after(&mut governor, 3.0, 0.1, 0.0), Low);
+        // Less than 30 frames per second.
+        assert_eq!(after(&mut governor, 10.0, 0.032, 0.0), Low);
+        assert_eq!(after(&mut governor, 3.0, 0.035, 0.0), Lowest);
+        assert_eq!(after(&mut governor, 60.0, 0.1, 0.0), Lowest);
     }
 
     #[test]
     fn frames_that_the_simulation_makes_slow_do_not_count() {
         let mut governor = Governor::default();
-        assert!(!after(&mut governor, 60.0, 0.1, 0.08));
-        assert!(!after(&mut governor, 60.0, 2.0, 0.0), "stalls");
+        assert_eq!(after(&mut governor, 60.0, 0.1, 0.08), High);
+        assert_eq!(after(&mut governor, 60.0, 2.0, 0.0), High, "stalls");
     }
 
     #[test]
@@ -205,11 +243,12 @@ mod tests {
         let mut seconds = 0.0;
         // Fast at low quality, slow at high quality.
         while seconds < 3600.0 {
-            let low = governor.low;
-            let frame = if low { 0.016 } else { 0.05 };
+            let quality = governor.quality;
+            let is_high = quality == EffectiveQuality::High;
+            let frame = if is_high { 0.05 } else { 0.016 };
             governor.pass(frame, 0.0);
             seconds += frame;
-            switches += u32::from(governor.low != low);
+            switches += u32::from(governor.quality != quality);
         }
         // Raised after 30, 60, 120, … s: at most log₂(3600/30) < 7 times, each lowered again.
         assert!((2..=15).contains(&switches), "{switches}");

@@ -28,9 +28,6 @@ use bevy::{
     window::PrimaryWindow,
 };
 
-/// Drawn pixels per pixel of the screen, in each direction.
-const FRACTION: f32 = 2.0 / 3.0;
-
 /// Draws an area of the window at a lower resolution.
 #[derive(Component, ExtractComponent, Debug, Clone, Copy, PartialEq)]
 #[extract_component_sync_target((Self, MainPassResolutionOverride, Picture))]
@@ -78,7 +75,7 @@ pub struct Picture {
     pub(super) pipelines: Pipelines,
 }
 
-/// Draws at a lower resolution with [`EffectiveQuality::Low`].
+/// Draws at a lower resolution below [`EffectiveQuality::High`].
 pub struct ReducedPlugin;
 
 impl Plugin for ReducedPlugin {
@@ -105,12 +102,12 @@ fn choose(
     cameras: Query<(Entity, Option<&ReducedView>), With<OrbitCamera>>,
     mut commands: Commands,
 ) {
-    let wanted = (*quality == EffectiveQuality::Low).then(|| {
+    let wanted = (*quality != EffectiveQuality::High).then(|| {
         let (left, right) = settings.free(window.width());
         let end = |x: f32| (x * window.scale_factor()).round().max(0.0) as u32;
         ReducedView {
             area: URect::new(end(left), 0, end(right), window.physical_height()),
-            fraction: FRACTION,
+            fraction: quality.resolution(),
         }
     });
     for (camera, now) in &cameras {

@@ -13,7 +13,7 @@ pub const PANEL_WIDTHS: RangeInclusive<f32> = 328.0..=720.0;
 /// Quality of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Quality {
-    /// Low or high, by the measured frame time.
+    /// By the measured frame time: high, low, or low at half the resolution.
     #[default]
     Auto,
     /// No shadows, no smoothed edges, and bodies at two thirds of the resolution.
