@@ -114,8 +114,7 @@ fn first_steps(ui: &mut Ui, panel: &mut Panel, _: &PanelModel, help: &str) {
 
 fn quality(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, help: &str) {
     let automatic = match (model.display.quality, model.quality) {
-        (Quality::Auto, EffectiveQuality::Lowest) => "Auto: lowest",
-        (Quality::Auto, EffectiveQuality::Low) => "Auto: low",
+        (Quality::Auto, EffectiveQuality::Lowest | EffectiveQuality::Low) => "Auto: low",
         (Quality::Auto, EffectiveQuality::High) => "Auto: high",
         _ => "Auto",
     };
