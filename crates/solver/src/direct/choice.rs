@@ -19,11 +19,12 @@
 //! **Time.** Nanoseconds per substep, measured with the same problems on one thread of a cloud AMD EPYC:
 //! by Gauss–Seidel 1000 for a body, 4.5 for an edge or a volume, and 14 for each equation of an element
 //! that has several; for their parts of a linear system 90 and 185, and 0.12 for each multiplication of
-//! its factorization, or 0.07 of a large one. Only the ratio matters, and the figures are the same everywhere, so that every
+//! its factorization, or 0.07 of a large one, which takes a quarter of that after the first in a tick
+//! ([`reuse`](super::reuse): 0.18 to 0.46 on cubes of 20³ to 11³ cells). Only the ratio matters, and the figures are the same everywhere, so that every
 //! computer chooses the same. The direct solver is compared at the substeps of the world, Gauss–Seidel
 //! at those that it needs, at most 1000.
 
-use super::{DirectWorkspace, Status, Workspace, plan::LARGE, unfit_effects, work};
+use super::{DirectWorkspace, Status, Workspace, elimination, plan::LARGE, unfit_effects, work_in};
 use crate::{
     Effects, ElasticKind, Settings, Topology, TopologyId,
     effective::MAX_SUBSTEPS,
@@ -43,6 +44,8 @@ const GAUSS_SEIDEL: [f64; 2] = [4.5, 14.0];
 const ASSEMBLY: [f64; 2] = [90.0, 185.0];
 /// Nanoseconds per multiplication of a factorization by blocks, and of a large one in fronts.
 const FACTORIZATION: [f64; 2] = [0.12, 0.07];
+/// Time of a solution with the factor of an earlier system of the tick, over that of a large factorization.
+const REUSE: f64 = 0.25;
 /// Displacement that gives an equation a gradient which has none at rest, as a fraction of the body.
 const NUDGE: f64 = 1e-3;
 
@@ -84,9 +87,12 @@ impl Choice {
         let passes = iterations + f64::from(settings.smoothing_iterations.get());
         let iterated = passes * f64::from(needed.unwrap_or(MAX_SUBSTEPS)) * sums.gauss_seidel;
         let direct = |work: u64| {
-            let each = FACTORIZATION[usize::from(work >= LARGE)];
-            let system = sums.assembly + each * work as f64;
-            iterations * f64::from(substeps) * system
+            let count = iterations * f64::from(substeps);
+            let (each, factorizations) = match work >= LARGE {
+                true => (FACTORIZATION[1], 1.0 + (count - 1.0) * REUSE),
+                false => (FACTORIZATION[0], count),
+            };
+            count * sums.assembly + factorizations * each * work as f64
         };
         let ratio = work.map(|work| iterated / direct(work));
         let error = error(substeps);
@@ -237,9 +243,43 @@ struct Given {
     settings: Settings,
 }
 
-/// Multiplications of a factorization, and for which kinds of elements on which topology; `None` for too
-/// many.
-pub(super) type KnownWork = (u32, TopologyId, Option<u64>);
+/// The order of elimination without pins, and for which kinds of elements on which topology; `None` if a
+/// factorization would exceed the limit.
+#[derive(Debug, Clone)]
+pub(super) struct Known {
+    kinds: u32,
+    topology: TopologyId,
+    ordered: Option<Ordered>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Ordered {
+    /// Multiplications of a factorization.
+    pub work: u64,
+    /// All particles.
+    pub order: Vec<u32>,
+}
+
+impl Known {
+    fn of(topology: &Topology, effects: &Effects) -> Self {
+        let ordered = elimination(topology, effects).ok().map(|found| Ordered {
+            work: work_in(&found),
+            order: found.iter().map(|(particle, _)| *particle).collect(),
+        });
+        Self {
+            kinds: super::kinds_of(effects),
+            topology: topology.id(),
+            ordered,
+        }
+    }
+
+    /// Memory use in bytes.
+    pub fn bytes(&self) -> usize {
+        self.ordered
+            .as_ref()
+            .map_or(0, |it| size_of_val(&it.order[..]))
+    }
+}
 
 impl DirectWorkspace {
     /// Chooses the solver for the next tick of a body that carries [`Direct`](crate::Direct) with a
@@ -318,24 +358,20 @@ impl Workspace {
         let sums = Sums::of(topology, effects, particles);
         let mut choice = Choice::of(&sums, (tolerance, settings), None);
         if choice.error > tolerance && unfit_effects(effects, settings.method).is_none() {
-            let work = self.work(topology, effects);
+            let work = self.ordered(topology, effects).map(|it| it.work);
             choice = Choice::of(&sums, (tolerance, settings), work);
         }
         self.chosen = Some(Chosen { given, choice });
         choice
     }
 
-    /// Multiplications of a factorization; `None` for too many. Known ones are kept.
-    pub(super) fn work(&mut self, topology: &Topology, effects: &Effects) -> Option<u64> {
-        let kinds = super::kinds_of(effects);
-        match self.known_work {
-            Some((of, id, work)) if (of, id) == (kinds, topology.id()) => work,
-            _ => {
-                let work = work(topology, effects);
-                self.known_work = Some((kinds, topology.id(), work));
-                work
-            }
-        }
+    /// The order of elimination without pins; `None` if a factorization would exceed the limit. It is kept.
+    pub(super) fn ordered(&mut self, topology: &Topology, effects: &Effects) -> Option<&Ordered> {
+        let wanted = (super::kinds_of(effects), topology.id());
+        let known = self.known.take();
+        let known = known.filter(|known| (known.kinds, known.topology) == wanted);
+        let known = known.unwrap_or_else(|| Known::of(topology, effects));
+        self.known.insert(known).ordered.as_ref()
     }
 }
 

@@ -36,6 +36,8 @@ pub(crate) struct Fronts {
     pub locals: Vec<u32>,
     pub pieces: Vec<Piece>,
     pub tasks: Vec<Task>,
+    /// Numbers in the pieces of the factor.
+    pub numbers: u64,
 }
 
 #[derive(Debug, Clone)]
@@ -75,6 +77,11 @@ impl Piece {
     /// Number of its columns.
     pub fn width(&self) -> usize {
         3 * (self.end - self.first)
+    }
+
+    /// Number of strips in which it is stored, as a piece of this front.
+    pub fn strips(&self, front: &Front) -> usize {
+        (front.tiles() - self.tile()) * self.width()
     }
 }
 
@@ -210,6 +217,9 @@ impl Fronts {
             let count = front.count;
             front.own = cut(0..count);
             front.others = cut(count..count + front.rows.len());
+            let own = &self.pieces[front.own.clone()];
+            let numbers = own.iter().map(|piece| 3 * TILE * piece.strips(front));
+            self.numbers += numbers.sum::<usize>() as u64;
         }
     }
 

@@ -116,6 +116,17 @@ impl Matrix {
         }
     }
 
+    /// Multiplies `x` by a matrix that is not factored, or is in fronts.
+    pub fn multiply(
+        &self,
+        plan: &Plan,
+        x: &[DVec3],
+        product: &mut [DVec3],
+        instructions: Instructions,
+    ) {
+        instructions.run(Product(self, plan, x, product));
+    }
+
     /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.diagonal[..])
@@ -167,6 +178,46 @@ pub(crate) fn add_unit_and_cross(block: &mut Block, s: f64, v: DVec3) {
     for c in 0..3 {
         for r in 0..4 {
             block[c][r] += added[c][r];
+        }
+    }
+}
+
+/// A product with a vector, compiled per instruction set.
+struct Product<'a>(&'a Matrix, &'a Plan, &'a [DVec3], &'a mut [DVec3]);
+
+impl SimdWork for Product<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) {
+        let Self(matrix, plan, x, product) = self;
+        let size = plan.size();
+        for (column, m) in matrix.diagonal.iter().enumerate() {
+            // Of the diagonal blocks, as of the factor, only the lower half counts.
+            let v = x[column];
+            product[column] = DVec3::new(
+                m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z,
+                m[0][1] * v.x + m[1][1] * v.y + m[1][2] * v.z,
+                m[0][2] * v.x + m[1][2] * v.y + m[2][2] * v.z,
+            );
+        }
+        for column in 0..size {
+            let v = x[column];
+            let mut sum = product[column];
+            let blocks = plan.column(column);
+            for (&row, m) in plan.rows[blocks.clone()].iter().zip(&matrix.lower[blocks]) {
+                let row = row as usize;
+                let y = x[row];
+                product[row] += DVec3::new(
+                    m[0][0] * v.x + m[1][0] * v.y + m[2][0] * v.z,
+                    m[0][1] * v.x + m[1][1] * v.y + m[2][1] * v.z,
+                    m[0][2] * v.x + m[1][2] * v.y + m[2][2] * v.z,
+                );
+                sum += DVec3::new(
+                    m[0][0] * y.x + m[0][1] * y.y + m[0][2] * y.z,
+                    m[1][0] * y.x + m[1][1] * y.y + m[1][2] * y.z,
+                    m[2][0] * y.x + m[2][1] * y.y + m[2][2] * y.z,
+                );
+            }
+            product[column] = sum;
         }
     }
 }
@@ -303,63 +354,7 @@ fn root(left: f64, whole: f64) -> (f64, bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Particles on a grid of this many along each side, linked to all around them, with every seventh pinned;
-    /// factored in fronts.
-    fn plan(side: u32) -> Plan {
-        let count = side.pow(3);
-        let at = |i: u32| [i % side, i / side % side, i / (side * side)];
-        let is_near = |a: u32, b: u32| (0..3).all(|k| at(a)[k].abs_diff(at(b)[k]) < 2);
-        let pairs = (0..count).flat_map(|a| (0..a).map(move |b| (a, b)));
-        let is_free: Vec<bool> = (0..count).map(|i| i % 7 > 0).collect();
-        let links = pairs.filter(|&(a, b)| is_near(a, b));
-        Plan::with_large(&is_free, links, u64::MAX, 0).expect("there is no limit")
-    }
-
-    /// Numbers from -1 to 1 of a linear congruential generator.
-    struct Numbers(u64);
-
-    impl Numbers {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
-            self.0 = self.0.wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        }
-    }
-
-    /// A matrix of arbitrary blocks with this diagonal.
-    fn matrix(plan: &Plan, diagonal: f64) -> Matrix {
-        let (mut matrix, mut numbers) = (Matrix::default(), Numbers(1));
-        matrix.reset(plan);
-        for block in &mut matrix.lower {
-            for column in block {
-                column[..3].fill_with(|| numbers.next());
-            }
-        }
-        for block in &mut matrix.diagonal {
-            add_unit(block, diagonal);
-        }
-        matrix
-    }
-
-    /// The product of a matrix that is not factored, or is in fronts, with a vector.
-    fn product(matrix: &Matrix, plan: &Plan, x: &[DVec3]) -> Vec<DVec3> {
-        let by = |m: &Block, v: DVec3, is_transposed: bool| {
-            let entry = |r: usize, c: usize| if is_transposed { m[r][c] } else { m[c][r] };
-            let row = |r: usize| entry(r, 0) * v.x + entry(r, 1) * v.y + entry(r, 2) * v.z;
-            DVec3::new(row(0), row(1), row(2))
-        };
-        let mut product = vec![DVec3::ZERO; x.len()];
-        for column in 0..plan.size() {
-            product[column] += by(&matrix.diagonal[column], x[column], false);
-            for at in plan.column(column) {
-                let row = plan.rows[at] as usize;
-                product[row] += by(&matrix.lower[at], x[column], false);
-                product[column] += by(&matrix.lower[at], x[row], true);
-            }
-        }
-        product
-    }
+    use crate::direct::arbitrary::{matrix, plan, vector};
 
     #[test]
     fn fronts_solve_with_the_same_bits_on_all_threads_and_instruction_sets() {
@@ -368,10 +363,7 @@ mod tests {
         let plan = plan(8);
         let fronts = plan.fronts.as_ref().expect("it has fronts");
         assert!(fronts.pieces.len() > fronts.fronts.len(), "some are cut");
-        let mut numbers = Numbers(2);
-        let right: Vec<DVec3> = (0..plan.place.len())
-            .map(|_| DVec3::from_array([0; 3].map(|_| numbers.next())))
-            .collect();
+        let right = vector(&plan);
         let mut matrix = matrix(&plan, DIAGONAL);
         let mut first: Option<Vec<DVec3>> = None;
         for instructions in Instructions::all() {
@@ -385,12 +377,13 @@ mod tests {
             }
         }
         let x = first.expect("there is an instruction set");
-        let residuals = product(&matrix, &plan, &x);
+        let mut products = right.clone();
+        matrix.multiply(&plan, &x, &mut products, Instructions::default());
         // The error of a Cholesky solution is below 3nε‖A‖‖x‖ in practice (Higham 2002, section 10.1), where
         // ‖A‖ is below 2 · 80, and ‖x‖ below 1/(80 − 78).
         let n = 3.0 * plan.size() as f64;
         let bound = 3.0 * n * f64::EPSILON * 2.0 * DIAGONAL * 0.5;
-        for (place, (b, now)) in right.iter().zip(residuals).take(plan.size()).enumerate() {
+        for (place, (b, now)) in right.iter().zip(products).take(plan.size()).enumerate() {
             let off = (*b - now).abs().max_element();
             assert!(off < bound, "{place}: {off}");
         }

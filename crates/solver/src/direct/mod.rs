@@ -13,8 +13,7 @@
 //!
 //! which a sparse Cholesky factorization solves exactly, anew in every iteration. α' is α̃, with a
 //! lower bound of a small fraction of Σ w‖∇C‖², so that rigid constraints are stiff without loss of
-//! precision. Everything is in `f64` and starts from the positions alone, so that no state outlives the
-//! substep.
+//! precision. Everything is in `f64` and starts from the positions alone: no state outlives the tick.
 //!
 //! - The first step does not start at y but where the body would be if its forces balanced gravity and
 //!   its [uniform](super::Uniform) force, at y − gh². At rest they do, the step is zero, and the rest shape
@@ -38,11 +37,14 @@
 //! - [Neo-Hookean](super::NeoHookean) tetrahedra enter with the second derivatives of their energy,
 //!   as ∇C of their equations in one direction carries no information about the stiffness in others.
 //!   If the matrix is not positive definite, that part of them which may be negative is left out.
-//! - A large system is factored in dense fronts, on all threads, with the same bits on any number of them.
+//! - A large system is factored in dense fronts, on all threads, with the same bits on any number of them. Later
+//!   ones of the tick are solved with its factor by conjugate gradients, to rounding, while that takes less time.
 //! - It requires XPBD: other [methods](super::Method) use Gauss–Seidel. So do strain limits, most of
 //!   which are inactive at any time.
 //! - Smoothing iterations skip directly solved effects.
 
+#[cfg(test)]
+mod arbitrary;
 mod assemble;
 mod choice;
 mod column;
@@ -55,6 +57,7 @@ mod multifrontal;
 mod ordering;
 mod panel;
 pub(super) mod plan;
+mod reuse;
 mod tension;
 
 use super::elastic::Elastic as _;
@@ -67,7 +70,9 @@ use column::{Column, Columns, Links, Prepare};
 use glam::{DVec3, Vec3, Vec4};
 use matrix::{Matrix, add_unit};
 use merit::{ForeseenMerit, Merit};
-use plan::{Plan, TooLarge};
+use ordering::{Elimination, eliminate};
+use plan::{LARGE, Order, Plan, TooLarge, work_of};
+use reuse::{Outcome, Reuse};
 use std::fmt;
 use tension::Tensions;
 
@@ -102,6 +107,7 @@ struct Workspace {
     plan: Option<Plan>,
     columns: Columns,
     matrix: Matrix,
+    reuse: Reuse,
     right: Vec<DVec3>,
     step: Vec<DVec3>,
     w: Vec<f64>,
@@ -115,7 +121,7 @@ struct Workspace {
     iterated: [Vec<f32>; ElasticKind::COUNT],
     status: Status,
     chosen: Option<choice::Chosen>,
-    known_work: Option<choice::KnownWork>,
+    known: Option<choice::Known>,
 }
 
 /// Outcome of the last substep.
@@ -243,6 +249,8 @@ pub(super) struct Iteration<'a> {
     pub h: f32,
     /// Gravity [m/s²].
     pub gravity: Vec3,
+    /// Number of the substep of the tick.
+    pub substep: u32,
     /// Number of the iteration, and their count.
     pub iteration: (u32, u32),
     /// Whether the start of the substep is extrapolated, as in second-order steps: edges have other
@@ -264,9 +272,22 @@ impl ElasticKind {
 /// [`MAX_WORK`], in which case the body is solved by Gauss–Seidel.
 #[must_use]
 pub fn work(topology: &Topology, effects: &Effects) -> Option<u64> {
-    let free = vec![true; topology.particles()];
-    let plan = plan(topology, effects, &free, MAX_WORK);
-    plan.ok().map(|plan| plan.work)
+    let elimination = elimination(topology, effects);
+    elimination.ok().map(|it| work_in(&it))
+}
+
+/// The order without pins.
+fn elimination(topology: &Topology, effects: &Effects) -> Result<Elimination, TooLarge> {
+    let links = links(topology, effects).into_iter();
+    eliminate(topology.particles(), links, MAX_WORK)
+}
+
+/// Multiplications of a factorization in an order.
+fn work_in(elimination: &Elimination) -> u64 {
+    elimination
+        .iter()
+        .map(|(_, near)| work_of(near.len()))
+        .sum()
 }
 
 /// A bit for each elastic effect that is solved directly.
@@ -276,18 +297,14 @@ fn kinds_of(effects: &Effects) -> u32 {
     kinds.fold(0, |all, kind| all | 1 << kind as u32)
 }
 
-fn plan(
-    topology: &Topology,
-    effects: &Effects,
-    is_free: &[bool],
-    max_work: u64,
-) -> Result<Plan, TooLarge> {
+/// The pairs of particles that share an element.
+fn links(topology: &Topology, effects: &Effects) -> Vec<(u32, u32)> {
     let mut links = Links {
         topology,
         found: Vec::new(),
     };
     effects.visit(&mut links);
-    Plan::new(is_free, links.found.into_iter(), max_work)
+    links.found
 }
 
 impl DirectWorkspace {
@@ -366,6 +383,8 @@ impl Workspace {
         self.plan.as_ref().map_or(0, Plan::bytes)
             + self.columns.iter().map(Column::bytes).sum::<usize>()
             + self.matrix.bytes()
+            + self.reuse.bytes()
+            + self.known.as_ref().map_or(0, choice::Known::bytes)
             + columns
             + size_of_val(&self.w[..])
             + size_of_val(&self.left[..])
@@ -379,6 +398,9 @@ impl Workspace {
     fn solve(&mut self, mut given: Iteration) {
         let first = given.iteration.0 == 0;
         if first {
+            if given.substep == 0 {
+                self.reuse.begin_tick();
+            }
             self.prepare(&given);
             self.status = Status::Solved;
         }
@@ -414,17 +436,24 @@ impl Workspace {
         if is_known && self.plan.as_ref().is_none_or(same_pins) {
             return;
         }
-        // The limit applies to the body without pins, so that they do not decide how it is solved.
-        let fits = !is_rigid && (is_known || self.work(topology, effects).is_some());
         let is_free: Vec<bool> = is_free.collect();
+        // The limit applies to the body without pins, so that they do not decide how it is solved.
+        let ordered = match is_rigid {
+            true => None,
+            false => self.ordered(topology, effects),
+        };
+        let plan = ordered.and_then(|ordered| {
+            let order = match ordered.work {
+                LARGE.. => Order::Given(&ordered.order),
+                _ => Order::LocalFill { max_work: u64::MAX },
+            };
+            Plan::new(&is_free, links(topology, effects).into_iter(), order).ok()
+        });
         *self = Self {
             planned: wanted,
-            plan: match fits {
-                true => plan(topology, effects, &is_free, u64::MAX).ok(),
-                false => None,
-            },
+            plan,
             chosen: self.chosen,
-            known_work: self.known_work,
+            known: self.known.take(),
             ..Self::default()
         };
         if let Some(plan) = &self.plan {
@@ -522,6 +551,7 @@ impl Workspace {
             plan: Some(plan),
             columns,
             matrix,
+            reuse,
             right,
             step,
             w,
@@ -581,14 +611,24 @@ impl Workspace {
                 if assemble.far {
                     return false;
                 }
-                step.clone_from(right);
-                matrix.factor(plan, given.instructions, given.threads);
+                let (instructions, threads) = (given.instructions, given.threads);
+                match reuse.solve((matrix, plan), (right, step), instructions) {
+                    Outcome::Solved => break,
+                    Outcome::NotDefinite if curved && !cautious => {
+                        cautious = true;
+                        continue;
+                    }
+                    Outcome::NotDefinite | Outcome::Refused => {}
+                }
+                matrix.factor(plan, instructions, threads);
+                reuse.factored(matrix, plan);
                 if cautious || !curved || matrix.was_definite() {
+                    step.clone_from(right);
+                    matrix.solve(plan, step, instructions);
                     break;
                 }
                 cautious = true;
             }
-            matrix.solve(plan, step, given.instructions);
             let places = Positions {
                 topology,
                 w,

@@ -182,7 +182,7 @@ impl<'a> Computation<'a> {
         let piece = &self.fronts.pieces[number];
         let front = &self.fronts.fronts[piece.front];
         let is_own = front.own.contains(&number);
-        let count = (front.tiles() - piece.tile()) * piece.width();
+        let count = piece.strips(front);
         let mut strips = match is_own {
             true => take(&mut *self.factor.pieces[number].write()),
             false => self.spare(count),

@@ -2,7 +2,7 @@
 
 use super::{
     fronts::Fronts,
-    ordering::{Elimination, eliminate},
+    ordering::{Elimination, eliminate, eliminate_in_order},
 };
 use std::ops::Range;
 
@@ -41,6 +41,15 @@ pub(crate) struct Run {
     pub below: u32,
 }
 
+/// How the order of elimination is found.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Order<'a> {
+    /// By local fill, if a factorization takes at most this number of multiplications.
+    LocalFill { max_work: u64 },
+    /// That of another plan, of all particles: with more pins it is nearly as good, and found at once.
+    Given(&'a [u32]),
+}
+
 /// Error: a factorization would exceed the limit of multiplications.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooLarge;
@@ -57,16 +66,16 @@ impl Plan {
     pub fn new(
         is_free: &[bool],
         links: impl Iterator<Item = (u32, u32)>,
-        max_work: u64,
+        order: Order,
     ) -> Result<Self, TooLarge> {
-        Self::with_large(is_free, links, max_work, LARGE)
+        Self::with_large(is_free, links, order, LARGE)
     }
 
     /// With fronts from this number of multiplications.
     pub(super) fn with_large(
         is_free: &[bool],
         links: impl Iterator<Item = (u32, u32)>,
-        max_work: u64,
+        order: Order,
         large: u64,
     ) -> Result<Self, TooLarge> {
         let free: Vec<u32> = (0..)
@@ -81,7 +90,15 @@ impl Plan {
         let links = links.map(|(a, b)| (number[a as usize], number[b as usize]));
         let links = links.filter(|&(a, b)| a != u32::MAX && b != u32::MAX);
         let links: Vec<(u32, u32)> = links.collect();
-        let cliques = eliminate(free.len(), links.iter().copied(), max_work)?;
+        let of_system = links.iter().copied();
+        let cliques = match order {
+            Order::LocalFill { max_work } => eliminate(free.len(), of_system, max_work)?,
+            Order::Given(order) => {
+                let order = order.iter().map(|&i| number[i as usize]);
+                let order: Vec<u32> = order.filter(|&k| k != u32::MAX).collect();
+                eliminate_in_order(&order, of_system)
+            }
+        };
         let order = postorder(&cliques);
         let mut position = vec![0; free.len()];
         for (k, &at) in (0..).zip(&order) {
@@ -194,6 +211,11 @@ impl Plan {
         let range = self.column(a.min(b) as usize);
         let found = self.rows[range.clone()].binary_search(&a.max(b));
         found.map_or(u32::MAX, |at| (range.start + at) as u32)
+    }
+
+    /// Numbers of the factor in fronts.
+    pub fn numbers(&self) -> u64 {
+        self.fronts.as_ref().map_or(0, |fronts| fronts.numbers)
     }
 
     /// Memory use in bytes.

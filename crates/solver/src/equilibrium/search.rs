@@ -12,7 +12,7 @@ use crate::{
     Body, Instructions, Threads,
     direct::{
         matrix::{Matrix, add_unit},
-        plan::Plan,
+        plan::{Order, Plan},
     },
 };
 use glam::DVec3;
@@ -80,8 +80,12 @@ impl<'a> Search<'a> {
         let moving = energy.w.iter().filter(|w| **w > 0.0);
         let mass: f64 = moving.map(|w| 1.0 / w).sum();
         let is_free: Vec<bool> = energy.w.iter().map(|w| *w > 0.0).collect();
-        let plan = Plan::new(&is_free, energy.links().into_iter(), MAX_WORK)
-            .map_err(|_| NoEquilibrium::TooLarge)?;
+        let plan = Plan::new(
+            &is_free,
+            energy.links().into_iter(),
+            Order::LocalFill { max_work: MAX_WORK },
+        )
+        .map_err(|_| NoEquilibrium::TooLarge)?;
         Ok(Self {
             u: vec![DVec3::ZERO; energy.start.len()],
             stiffness: weight / mass / f64::from(body.topology.size).max(f64::MIN_POSITIVE),

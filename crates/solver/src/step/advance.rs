@@ -99,7 +99,7 @@ impl Stage {
             }
             // Smoothing iterations skip directly solved effects.
             Self::Direct if iteration >= step.iterations => [None; 4],
-            Self::Direct => single(Task::Direct { iteration }, Side::Whole),
+            Self::Direct => single(Task::Direct { substep, iteration }, Side::Whole),
             Self::Postsolve => single(Task::End { substep }, Side::Any),
         }
         .into_iter()
@@ -638,7 +638,7 @@ impl<'a> TaskContext<'a> {
                 // SAFETY: the caller's promise; an effect on the whole body has it in one piece.
                 shared.touch(unsafe { shared.states.solve(effect, piece, part, &pass) });
             }
-            Task::Direct { iteration } => {
+            Task::Direct { substep, iteration } => {
                 // SAFETY: the whole body is one piece.
                 let (direct, lambdas) = unsafe { (shared.direct(), shared.all_multipliers()) };
                 direct.solve(Iteration {
@@ -648,6 +648,7 @@ impl<'a> TaskContext<'a> {
                     lambdas,
                     h: self.h,
                     gravity: settings.gravity,
+                    substep,
                     iteration: (iteration, settings.iterations.get()),
                     is_extrapolated: settings.order.get() > 1,
                     instructions,

@@ -43,7 +43,7 @@ pub(crate) enum Task {
         iteration: u32,
     },
     /// The elastic effects as one system, in an iteration.
-    Direct { iteration: u32 },
+    Direct { substep: u32, iteration: u32 },
     /// Moves every particle to the mean of the positions that the constraints of an effect require.
     Average { kind: ElasticKind, iteration: u32 },
 }
