@@ -20,10 +20,10 @@
 mod sweep;
 
 use super::{
-    RodSolver,
     clamp::carried,
     elimination::SINGULAR,
     shape::Rest as RestChains,
+    solver::RodSolver,
     system::{Errors, Pass, SegmentState},
 };
 use crate::{

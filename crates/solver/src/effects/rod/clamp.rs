@@ -44,7 +44,7 @@ mod tests {
         ] {
             let shortest = DQuat::from_rotation_arc(start * DVec3::Z, along.normalize());
             for angle in [0.0_f64, 0.3, -2.0, 3.0] {
-                let found = turned(start, carried(start, along, (0.5 * angle).tan()));
+                let found = turned(start, carried(start, along, libm::tan(0.5 * angle)));
                 let about = DQuat::from_axis_angle(along.normalize(), angle);
                 let expected = about * shortest * start;
                 // Rounding of f64, ten times where the turn is almost half a turn.

@@ -6,11 +6,13 @@ mod elimination;
 mod link;
 mod pieces;
 mod shape;
+mod solver;
 mod sweep;
 mod system;
 
 pub use link::RodLink;
 pub use shape::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, RodShape};
+pub use solver::RodSolver;
 pub use system::SegmentState;
 
 use super::body_effect::{
@@ -115,24 +117,6 @@ pub struct Rod {
     pub damping: Damping,
     /// How its equations are solved; default directly.
     pub solver: RodSolver,
-}
-
-/// How the equations of a rod are solved in an iteration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Debug, Default, PartialEq, Serialize, Deserialize),
-    type_path = "pliant::effect"
-)]
-pub enum RodSolver {
-    /// All together: one iteration is enough, whatever the number of segments.
-    #[default]
-    Direct,
-    /// Segment by segment and joint by joint (Gauss–Seidel), from root to tip. An iteration takes less time,
-    /// but a rod is as soft as its iterations and substeps leave it: their number grows with the
-    /// square of that of the segments. For comparison with the direct solution.
-    Iterated,
 }
 
 /// State of a rod from iteration to iteration, derived from its topology and its particles.

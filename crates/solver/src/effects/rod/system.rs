@@ -4,10 +4,10 @@
 //! before; a joint that closes a ring has a row of its own.
 
 use super::{
-    RodSolver,
     clamp::carried,
     elimination::Elimination,
     shape::{Rest, RestJoint},
+    solver::RodSolver,
 };
 use glam::{DMat3, DQuat, DVec3};
 use std::collections::BTreeSet;
