@@ -6,13 +6,14 @@ use super::{
     parameter,
 };
 use crate::{
-    simulation::SoftBody,
+    simulation::{Pins, SoftBody},
     solver::{
         BodyEffectKind, Curl, Damping, PoissonRatio, Rod, RodRadius, RodShape, SectionStiffness,
-        Settings, Twist, YoungsModulus, advance::Stage,
+        Settings, TurnRate, Twist, YoungsModulus, advance::Stage,
     },
 };
 use bevy::prelude::*;
+use std::f64::consts::PI;
 
 /// Largest twist of a segment [rad] at which joints are as stiff as they should be, within 5 %.
 const MAX_TURN: f32 = 0.5;
@@ -59,6 +60,16 @@ impl Effect for Rod {
             (-100.0, 100.0), Scale::Linear
         ),
         parameter!(
+            turn_start: TurnRate, "Turn start", "rad/s",
+            "Angular velocity about its axis of the clamped first segment of each chain. It winds a rod up.",
+            (-100.0, 100.0), Scale::Linear
+        ),
+        parameter!(
+            turn_end: TurnRate, "Turn end", "rad/s",
+            "Angular velocity about its axis of the clamped last segment of each chain; with the same at the start, the rod turns as a shaft.",
+            (-100.0, 100.0), Scale::Linear
+        ),
+        parameter!(
             damping: Damping, "Damping", "s",
             "Damping time constant of all deformation. 0 leaves only numerical damping.",
             (1e-4, 1.0), Scale::LogarithmicFromZero
@@ -79,13 +90,37 @@ impl Effect for Rod {
             .map(|reason| reason.to_string())
     }
 
-    fn note(&self, body: &EntityRef, _: &Settings) -> Option<String> {
-        let edges = &body.get::<SoftBody>()?.0.edges;
-        let longest = edges.rest_length.iter().copied().fold(0.0, f32::max);
-        (self.twist.get().abs() * longest > MAX_TURN).then(|| {
-            "The twist is more than 0.5 rad per segment: use more segments, or less of it."
-                .to_owned()
-        })
+    fn note(&self, body: &EntityRef, settings: &Settings) -> Option<String> {
+        let topology = &body.get::<SoftBody>()?.0;
+        let longest = topology.edges.rest_length.iter().copied();
+        if self.twist.get().abs() * longest.fold(0.0, f32::max) > MAX_TURN {
+            let text =
+                "The twist is more than 0.5 rad per segment: use more segments, or less of it.";
+            return Some(text.to_owned());
+        }
+        let rates = [self.turn_start, self.turn_end].map(|rate| f64::from(rate.get()));
+        if !self.turns() {
+            return None;
+        }
+        let substeps = f64::from(settings.substeps.get());
+        let h = settings.tick_seconds() / substeps;
+        if rates.iter().any(|rate| rate.abs() * h >= PI) {
+            let text = "An end turns by more than half a turn per substep: use more substeps.";
+            return Some(text.to_owned());
+        }
+        let pins = body.get::<Pins>().map_or(&[][..], |pins| pins);
+        let is_pinned = |particle| pins.contains(&topology.numbering.vertex(particle));
+        let clamped = RodShape::of(topology).ok()?.clamps(is_pinned);
+        let is_free = |end: usize| rates[end] != 0.0 && !clamped[end];
+        let which = match (is_free(0), is_free(1)) {
+            (true, _) => "first",
+            (false, true) => "last",
+            (false, false) => return None,
+        };
+        let text = format!(
+            "The {which} segment of no chain is clamped, so none turns there: pin its two vertices."
+        );
+        Some(text)
     }
 
     fn elements(&self, body: &EntityRef) -> usize {

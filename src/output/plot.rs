@@ -13,11 +13,12 @@ use std::path::Path;
 const SIZE: (u32, u32) = (960, 900);
 
 /// Colors that differ in lightness as well as in hue (after Okabe and Ito 2008).
-pub(crate) const COLORS: [RGBColor; 4] = [
+pub(crate) const COLORS: [RGBColor; 5] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(60, 60, 60),
+    RGBColor(204, 121, 167),
 ];
 
 type Curve<'a> = (&'a str, Vec<(f64, f64)>);

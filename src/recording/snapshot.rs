@@ -81,8 +81,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 16 stores force masks.
-const VERSION: u32 = 16;
+/// Other versions are not read. Version 17 stores the turning ends of rods.
+const VERSION: u32 = 17;
 const HEAD: usize = 28;
 
 impl Snapshot {

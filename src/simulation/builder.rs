@@ -21,6 +21,12 @@ const SHEET: Density = Density::of(0.3);
 /// Default density of a rope [kg/m].
 const LINE: Density = Density::of(0.1);
 
+/// Minimum number of segments of a ring.
+const MIN_RING: u32 = 3;
+
+/// Distance of the ends of a closed curve, relative to the mean length of its segments.
+const CLOSED: f32 = 1e-3;
+
 /// Builder of a soft body. Starts with [`SoftBody::cuboid`] and similar functions and ends with
 /// [`build`](Self::build), which returns the components of the body without effects.
 ///
@@ -99,8 +105,10 @@ impl SoftBody {
     }
 
     /// A rope along a curve [m], with vertices at even steps of its parameter from vertex 0, and at
-    /// least one segment. Its rest shape is curved: a [`Rod`](crate::effect::Rod) keeps it. A curve
-    /// with an unbounded domain is an error of [`try_build`](SoftBodyBuilder::try_build).
+    /// least one segment. A closed curve becomes a ring of at least three segments: one whose ends are
+    /// nearer to each other than a thousandth of the mean length of a segment. Its rest shape is
+    /// curved: a [`Rod`](crate::effect::Rod) keeps it. A curve with an unbounded domain is an error
+    /// of [`try_build`](SoftBodyBuilder::try_build).
     ///
     /// ```
     /// use bevy::prelude::*;
@@ -113,15 +121,29 @@ impl SoftBody {
     /// ```
     #[must_use]
     pub fn curve(curve: &impl Curve<Vec3>, segments: u32) -> SoftBodyBuilder {
-        let segments = segments.max(1);
         let domain = curve.domain();
-        let place = |i: u32| {
-            let part = i as f32 / segments as f32;
-            curve.sample_clamped(domain.start() + part * (domain.end() - domain.start()))
+        let along = |segments: u32| -> Vec<Vec3> {
+            let place = |i: u32| {
+                let part = i as f32 / segments as f32;
+                curve.sample_clamped(domain.start() + part * (domain.end() - domain.start()))
+            };
+            (0..=segments).map(place).collect()
         };
+        let mut vertices = along(segments.max(MIN_RING));
+        let count = vertices.len() - 1;
+        let length: f32 = vertices.windows(2).map(|it| it[0].distance(it[1])).sum();
+        let is_closed = vertices[0].distance(vertices[count]) < CLOSED * length / count as f32;
+        if is_closed {
+            vertices.pop();
+        } else if segments < MIN_RING {
+            vertices = along(segments.max(1));
+        }
+        let count = vertices.len() as u32;
+        let edges = if is_closed { count } else { count - 1 };
+        let edges = (0..edges).map(|i| [i, (i + 1) % count]).collect();
         Self::shape(RestShape {
-            vertices: (0..=segments).map(place).collect(),
-            edges: (0..segments).map(|i| [i, i + 1]).collect(),
+            vertices,
+            edges,
             ..RestShape::default()
         })
     }

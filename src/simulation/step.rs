@@ -11,7 +11,7 @@ use super::{
 use crate::{
     effect::{self, Grabs},
     solver::{
-        Collider, Emitter, Grab, Instructions, Particles, Settings, Substep, Threads,
+        Collider, Emitter, Grab, Instructions, Particles, Rod, Settings, Substep, Threads,
         advance::{Stage, StepContext},
         contact::{Swept, SweptCollider},
         rest::{SleepSettings, Wakefulness, settle},
@@ -477,7 +477,7 @@ pub(super) fn fall_asleep(
         &mut Particles,
         &mut TickStart,
         &mut RestTimer,
-        (Has<Grab>, Has<Grabs>, Option<&Emitter>),
+        (Has<Grab>, Has<Grabs>, Option<&Emitter>, Option<&Rod>),
         Has<Asleep>,
         Has<Quarantined>,
     )>,
@@ -492,15 +492,15 @@ pub(super) fn fall_asleep(
     group.clear();
     for (entity, particles, start, mut timer, causes, is_asleep, is_quarantined) in &mut bodies {
         let ways = (&start.positions[..], &particles.positions[..]);
-        let (is_held, is_grabbed, emitter) = causes;
+        let (is_held, is_grabbed, emitter, rod) = causes;
         let emits = emitter.is_some_and(|it| it.is_active(particles.len()));
+        let turns = rod.is_some_and(Rod::turns);
         let rest = if is_asleep || is_quarantined {
             Wakefulness::Asleep
-        } else if !is_held
-            && !is_grabbed
-            && !emits
-            && timer.0.observe(ways, seconds, gravity, &sleep.0)
-        {
+        } else if is_held || is_grabbed || emits || turns {
+            timer.0.reset();
+            Wakefulness::Awake
+        } else if timer.0.observe(ways, seconds, gravity, &sleep.0) {
             Wakefulness::Still
         } else {
             Wakefulness::Awake

@@ -267,6 +267,10 @@ fn mark((x, y): (f64, f64), method: Method, settled: bool) -> String {
             x - 3.0,
             y - 3.0
         ),
+        Method::Iterated => format!(
+            "<path {class} d=\"M{x:.1} {:.1}l3.6 3.6l-3.6 3.6l-3.6 -3.6z\"/>",
+            y - 3.6
+        ),
     }
 }
 
@@ -294,7 +298,9 @@ mod tests {
             let text = mark((1.0, 2.0), method, true);
             text.replace(method.name(), "")
         });
-        assert!(shapes[0] != shapes[1] && shapes[1] != shapes[2] && shapes[0] != shapes[2]);
+        for (place, shape) in shapes.iter().enumerate() {
+            assert!(!shapes[..place].contains(shape), "{shape}");
+        }
         assert!(mark((0.0, 0.0), Method::Xpbd, false).contains("moving"));
     }
 }

@@ -64,6 +64,44 @@ fn a_body_is_where_it_was_put_and_its_pins_hold_it() {
     );
 }
 
+/// Ends that are the same point but for rounding are one vertex.
+#[test]
+fn a_closed_curve_is_a_ring() {
+    let corners = [Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::NEG_Y];
+    let closed = CubicCardinalSpline::new_catmull_rom(corners);
+    let closed = closed.to_curve_cyclic().expect("four points");
+    let circle = FunctionCurve::new(Interval::UNIT, |t: f32| {
+        let (sin, cos) = (std::f32::consts::TAU * t).sin_cos();
+        Vec3::new(cos, 0.0, sin)
+    });
+    let rings = [
+        (SoftBody::curve(&closed, 24), 24),
+        (SoftBody::curve(&circle, 24), 24),
+        (SoftBody::curve(&circle, 1), 3),
+    ];
+    for (ring, segments) in rings {
+        let (body, ..) = ring.build();
+        assert_eq!(body.particles(), segments);
+        let mut meeting = vec![0; segments];
+        let ends: Vec<[u32; 2]> = body.edges.ends().collect();
+        assert_eq!(ends.len(), segments);
+        ends.iter()
+            .flatten()
+            .for_each(|&end| meeting[end as usize] += 1);
+        assert!(meeting.iter().all(|&edges| edges == 2), "{meeting:?}");
+        assert!(body.edges.rest_length.iter().all(|&length| length > 0.1));
+    }
+    let arc = FunctionCurve::new(Interval::UNIT, |t: f32| {
+        let (sin, cos) = (6.2 * t).sin_cos();
+        Vec3::new(cos, 0.0, sin)
+    });
+    for segments in [1, 2, 24] {
+        let (body, ..) = SoftBody::curve(&arc, segments).build();
+        assert_eq!(body.particles(), segments as usize + 1);
+        assert_eq!(body.edges.ends().len(), segments as usize);
+    }
+}
+
 #[test]
 fn an_invalid_size_is_named() {
     let refused = |make: fn() -> SoftBodyBuilder| {

@@ -187,6 +187,10 @@ quantity!(
     Twist(f32), "twist", default 0.0, "between -1e5 and 1e5 rad/m", |v| -1e5 <= v && v <= 1e5
 );
 quantity!(
+    /// Angular velocity about an axis [rad/s].
+    TurnRate(f32), "rate of turn", default 0.0, "between -1e4 and 1e4 rad/s", |v| -1e4 <= v && v <= 1e4
+);
+quantity!(
     /// Thickness of a sheet in m.
     Thickness(f32), "thickness", default 1e-3,
     "between 1e-9 and 1e3 m", |v| 1e-9 <= v && v <= 1e3
@@ -439,6 +443,7 @@ from_float!(
     SectionStiffness,
     Curl,
     Twist,
+    TurnRate,
     PoissonRatio,
     Thickness,
     MembraneCompliance,

@@ -13,7 +13,7 @@ use crate::quantity::{
     Friction, GrainRadius, GrainRolling, Height, Length, Lifetime, Mass, MembraneCompliance,
     PieceSize, PlasticLimit, PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution,
     RodRadius, RollingResistance, SectionStiffness, Seed, Slack, Stiffness, Strain, Thickness,
-    Tolerance, Toughness, Twist, Yield, YoungsModulus,
+    Tolerance, Toughness, TurnRate, Twist, Yield, YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -35,6 +35,7 @@ impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, Part
 impl_reflect_opaque!((in pliant::solver) RodRadius(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) SectionStiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Curl(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) TurnRate(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Twist(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Cohesion(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) RollingResistance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -52,7 +52,7 @@ pub struct Ledger {
     pub truncation: f64,
     /// By the separation of surfaces that overlap or cross.
     pub recovery: f64,
-    /// By grabs.
+    /// By grabs, and by clamps that turn [rods](crate::Rod).
     pub grab: f64,
     /// By plastic flow.
     pub plastic: f64,
@@ -381,7 +381,7 @@ impl EnergyTracker {
         let stored = Stored::between(&self.stores, &stores, h);
         self.stores = stores;
         let mut ledger = self.close(body.particles, step, stored);
-        let given = self.work_on_pins(body);
+        let given = self.work_on_pins(body) + work_of_clamps(body, h);
         ledger.grab += given;
         ledger.convergence -= given;
         let fast = kinetic_energy(body.particles);
@@ -588,6 +588,13 @@ impl EnergyTracker {
         sum.convergence = elastic_work + stored.change - stored.integrator - stored.damping;
         sum
     }
+}
+
+/// Work in a substep of `h` seconds of clamped segments of a rod that turn [J].
+fn work_of_clamps(body: &Stepper, h: f64) -> f64 {
+    let w = |i: u32| f64::from(body.particles.positions[i as usize].w);
+    let rod = body.states.others.rod.as_ref();
+    rod.map_or(0.0, |rod| rod.work_of_clamps(h, w))
 }
 
 /// Displacements of the particles since the start of the substep [m].

@@ -48,7 +48,8 @@ pub(crate) mod all {
         plasticity::Plasticity,
         pressure::{Pressure, PressureState},
         rod::{
-            MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodLink, RodShape, RodState, SegmentState,
+            MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodLink, RodShape, RodSolver, RodState,
+            SegmentState,
         },
         shape_matching::{ShapeMatching, ShapeMatchingState},
         sink::Sink,

@@ -289,7 +289,8 @@ impl Body {
             return false;
         }
         let emitter = self.effects.emitter;
-        if emitter.is_some_and(|it| it.is_active(self.particles.len())) {
+        let turns = self.effects.rod.is_some_and(|rod| rod.turns());
+        if turns || emitter.is_some_and(|it| it.is_active(self.particles.len())) {
             self.rest.reset();
             return false;
         }

@@ -17,9 +17,13 @@
     reason = "iterators and copies of arrays of lanes go through memory: twice the time"
 )]
 
+mod sweep;
+
 use super::{
+    clamp::carried,
     elimination::SINGULAR,
     shape::Rest as RestChains,
+    solver::RodSolver,
     system::{Errors, Pass, SegmentState},
 };
 use crate::{
@@ -221,8 +225,8 @@ impl Bundle {
     }
 
     /// Reads positions [m] of the particles of a piece, in the first iteration also the segments
-    /// with which a substep begins.
-    fn load(&self, moving: &mut Moving, piece: &Piece, first: bool) {
+    /// with which a substep begins. Clamped ones have the angular velocity of their pins.
+    fn load(&self, moving: &mut Moving, piece: &Piece, pass: &Pass) {
         let part = &piece.part;
         for (node, particles) in moving.nodes.iter_mut().zip(&self.particles) {
             for lane in 0..WIDTH {
@@ -236,17 +240,30 @@ impl Bundle {
                 node.w[lane] = w;
             }
         }
-        if !first {
+        if !pass.first {
             return;
         }
-        for (segment, rest) in moving.segments.iter_mut().zip(&self.rest) {
+        let Moving { nodes, segments } = moving;
+        for (k, (segment, rest)) in segments.iter_mut().zip(&self.rest).enumerate() {
             for lane in 0..WIDTH {
                 let (q, v) = if rest.numbers[lane] == NONE {
                     (DQuat::IDENTITY, DVec3::ZERO)
                 } else {
                     let number = rest.numbers[lane] as usize - piece.first_segment;
-                    let state = &part.segments[number];
-                    (state.orientation, state.angular_velocity)
+                    let SegmentState {
+                        orientation,
+                        angular_velocity,
+                    } = part.segments[number];
+                    let [from, to] = [&nodes[k], &nodes[k + 1]];
+                    let velocity = if from.w[lane] == 0.0 && to.w[lane] == 0.0 {
+                        let [from, to] = [from, to].map(|node| node.x.map(|it| it[lane]));
+                        let along = DVec3::from_array(to) - DVec3::from_array(from);
+                        let turn = pass.turn(k == 0, rest.joint[lane] == 0.0);
+                        carried(orientation, along, turn) / pass.h
+                    } else {
+                        angular_velocity
+                    };
+                    (orientation, velocity)
                 };
                 let [x, y, z, w] = &mut segment.orientation;
                 (x[lane], y[lane], z[lane], w[lane]) = (q.x, q.y, q.z, q.w);
@@ -327,12 +344,17 @@ impl SimdWork for Iteration<'_, '_> {
             let moving = if is_only { &mut *moving } else { &mut kept };
             moving.make_room(count);
             factors.resize(factors.len().max(count), Factor::default());
-            bundle.load(moving, &piece, pass.first);
+            bundle.load(moving, &piece, pass);
             if pass.first {
                 begin(simd, bundle, moving, &piece, pass);
             }
-            eliminate(simd, &bundle.rest, moving, factors, pass);
-            substitute(simd, &bundle.rest, moving, factors, pass);
+            match pass.solver {
+                RodSolver::Direct => {
+                    eliminate(simd, &bundle.rest, moving, factors, pass);
+                    substitute(simd, &bundle.rest, moving, factors, pass);
+                }
+                RodSolver::Iterated => sweep::sweep(simd, bundle, moving, pass),
+            }
             if pass.last {
                 end(simd, moving, pass);
             }
@@ -560,9 +582,9 @@ fn begin<L: Lanes>(simd: L, bundle: &Bundle, moving: &mut Moving, piece: &Piece,
         let turns = inertia[0].simd_gt(zero);
         let [x, y, z] = read(simd, &segment.angular_velocity);
         let velocity = [
-            turns.select(x, zero),
-            turns.select(y, zero),
-            turns.select(z, zero),
+            turns.select(x, is_free.select(zero, x)),
+            turns.select(y, is_free.select(zero, y)),
+            turns.select(z, is_free.select(zero, z)),
         ];
         let q = read(simd, &segment.orientation);
         let q = turned(simd, &q, &scaled(&velocity, f64x4::splat(simd, pass.h)));
@@ -1020,7 +1042,7 @@ mod tests {
     };
     use glam::Vec3;
 
-    /// Chains of 1, 7, 3, 7, 12 and 2 segments, bent, with their first nodes pinned.
+    /// Chains of 1, 7, 3, 7, 12 and 2 segments, bent and clamped.
     fn chains() -> (Topology, Particles) {
         let mut shape = RestShape::default();
         for (chain, count) in [1_u32, 7, 3, 7, 12, 2].into_iter().enumerate() {
@@ -1037,8 +1059,8 @@ mod tests {
         let topology = Topology::new(shape).expect("sound");
         let mut particles = Particles::at_rest(topology.rest.iter().copied());
         for (i, x) in particles.positions.iter_mut().enumerate() {
-            // Light at places, and pinned at the roots.
-            x.w = if x.x == 0.0 {
+            // Light at places, and the first segments between pins.
+            x.w = if x.x < 0.15 {
                 0.0
             } else {
                 10.0 + (i % 3) as f32
@@ -1047,7 +1069,7 @@ mod tests {
         (topology, particles)
     }
 
-    fn pass() -> Pass {
+    fn pass(solver: RodSolver) -> Pass {
         Pass {
             h: 1e-3,
             compliant: 1e-3,
@@ -1056,10 +1078,12 @@ mod tests {
             relaxation: 1.0,
             section: Section::circle(5e-3, 1e6, 0.3),
             damping: 0.01,
+            turns: [0.01, -0.02],
+            solver,
         }
     }
 
-    /// Ten substeps in which particles are pushed aside.
+    /// Ten substeps in which particles are pushed aside, also the pins.
     fn run(mut step: impl FnMut(&mut Particles), particles: &mut Particles) {
         for substep in 0..10 {
             for (i, u) in particles.displacements.iter_mut().enumerate() {
@@ -1079,6 +1103,7 @@ mod tests {
     }
 
     fn in_lanes(
+        solver: RodSolver,
         instructions: Instructions,
         chosen: &dyn Fn(&RestChains) -> Vec<Bundle>,
     ) -> Particles {
@@ -1099,7 +1124,7 @@ mod tests {
             |particles| {
                 instructions.run(Iteration {
                     bundles: &mut bundles,
-                    pass: &pass(),
+                    pass: &pass(solver),
                     piece: Piece {
                         part: particles.as_part(),
                         first_particle: 0,
@@ -1114,26 +1139,35 @@ mod tests {
         particles
     }
 
+    const SOLVERS: [RodSolver; 2] = [RodSolver::Direct, RodSolver::Iterated];
+
     #[test]
     fn neither_the_instruction_set_nor_the_other_lanes_change_a_bit() {
-        let expected = in_lanes(Instructions::default(), &all);
-        for instructions in Instructions::all() {
-            assert_eq!(in_lanes(instructions, &all), expected, "{instructions:?}");
+        for solver in SOLVERS {
+            let expected = in_lanes(solver, Instructions::default(), &all);
+            for instructions in Instructions::all() {
+                let found = in_lanes(solver, instructions, &all);
+                assert_eq!(found, expected, "{instructions:?}");
+            }
+            let alone = |chains: &RestChains| -> Vec<Bundle> {
+                let mut order: Vec<usize> = (0..chains.ranges.len()).collect();
+                order.sort_by_key(|&chain| std::cmp::Reverse(chains.ranges[chain].len()));
+                order
+                    .into_iter()
+                    .map(|chain| Bundle::of(chains, &[chain]))
+                    .collect()
+            };
+            assert_eq!(in_lanes(solver, Instructions::default(), &alone), expected);
         }
-        let alone = |chains: &RestChains| -> Vec<Bundle> {
-            let mut order: Vec<usize> = (0..chains.ranges.len()).collect();
-            order.sort_by_key(|&chain| std::cmp::Reverse(chains.ranges[chain].len()));
-            order
-                .into_iter()
-                .map(|chain| Bundle::of(chains, &[chain]))
-                .collect()
-        };
-        assert_eq!(in_lanes(Instructions::default(), &alone), expected);
     }
 
     #[test]
     fn the_lanes_solve_the_equations_of_the_reference() {
-        let found = in_lanes(Instructions::default(), &all);
+        SOLVERS.into_iter().for_each(the_lanes_are_the_reference);
+    }
+
+    fn the_lanes_are_the_reference(solver: RodSolver) {
+        let found = in_lanes(solver, Instructions::default(), &all);
         let (topology, mut particles) = chains();
         let chains = shape(&topology);
         let mut system = System::new(chains, particles.len());
@@ -1152,7 +1186,7 @@ mod tests {
                     x: state.predicted(i as usize),
                     w: state.positions[i as usize].w.into(),
                 };
-                system.iterate(&pass(), at, |i| state.position(i as usize));
+                system.iterate(&pass(solver), at, |i| state.position(i as usize));
                 let mut part = particles.as_part();
                 for (i, &by) in system.moves.iter().enumerate() {
                     if by != DVec3::ZERO {

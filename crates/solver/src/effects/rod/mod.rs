@@ -1,14 +1,18 @@
 //! Rods.
 
 mod bundle;
+mod clamp;
 mod elimination;
 mod link;
 mod pieces;
 mod shape;
+mod solver;
+mod sweep;
 mod system;
 
 pub use link::RodLink;
 pub use shape::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, RodShape};
+pub use solver::RodSolver;
 pub use system::SegmentState;
 
 use super::body_effect::{
@@ -17,7 +21,7 @@ use super::body_effect::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Curl, Damping, Particles, PoissonRatio, RodRadius, SectionStiffness, Topology, Twist,
+    Curl, Damping, Particles, PoissonRatio, RodRadius, SectionStiffness, Topology, TurnRate, Twist,
     YoungsModulus,
     kernel::sum::SquareSum,
     particles::Part,
@@ -57,7 +61,9 @@ use system::{Node, Pass, Section, System};
 /// a rest angle θ₀ per joint.
 ///
 /// A segment rotates like a cylinder of its mass, without the gyroscopic moment, and with implicit
-/// Euler also where the particles have second-order steps. One between two pins is clamped. As C_b
+/// Euler also where the particles have second-order steps. One between two pins is clamped: it follows
+/// the direction between them as they move, by parallel transport, and turns about it where
+/// [`turn_start`](Self::turn_start) or [`turn_end`](Self::turn_end) say so. As C_b
 /// is the sine of half an angle, a joint is too soft by a fraction of θ²/6 at an angle θ: 1.1 % at
 /// 15°, 4.6 % at 30°.
 ///
@@ -99,8 +105,18 @@ pub struct Rod {
     /// Twist at rest beside that of the mesh [rad/m]; default 0. A curved rod becomes a helix, and a
     /// closed one leaves its plane (Michell 1889).
     pub twist: Twist,
+    /// Angular velocity about its axis of the clamped first segment of each open chain [rad/s], right-handed
+    /// about the direction away from it; default 0. The first segment is that at the free end with the
+    /// lowest vertex. No effect where its particles are not both pinned. A substep turns it by
+    /// less than half a turn.
+    pub turn_start: TurnRate,
+    /// The same of the clamped last segment [rad/s], about the direction from the first to the last
+    /// particle, so that equal rates turn the rod as a shaft; default 0.
+    pub turn_end: TurnRate,
     /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
     pub damping: Damping,
+    /// How its equations are solved; default directly.
+    pub solver: RodSolver,
 }
 
 /// State of a rod from iteration to iteration, derived from its topology and its particles.
@@ -190,6 +206,13 @@ impl RodState {
             let [first, second] = segment.nodes;
             [(first, -*stretch), (second, *stretch)]
         })
+    }
+
+    /// Work in a substep of `h` seconds of clamped segments that turn [J]; `w` is the inverse mass of a
+    /// particle.
+    pub(crate) fn work_of_clamps(&self, h: f64, w: impl Fn(u32) -> f64) -> f64 {
+        let systems = [&self.chains, &self.networks].into_iter();
+        systems.map(|system| system.work_of_clamps(h, &w)).sum()
     }
 
     /// The segments.
@@ -338,8 +361,15 @@ impl Rod {
         }
     }
 
+    /// Whether it turns clamped segments. Such a body does not fall asleep.
+    #[must_use]
+    pub fn turns(&self) -> bool {
+        self.turn_start.get() != 0.0 || self.turn_end.get() != 0.0
+    }
+
     /// An iteration, by its number and the number of all of a substep of `h` [s].
     fn pass(&self, h: f64, compliant: f64, iteration: (u32, u32), relaxation: f64) -> Pass {
+        let half = |rate: TurnRate| libm::tan(0.5 * h * f64::from(rate.get()));
         Pass {
             h,
             compliant,
@@ -348,6 +378,21 @@ impl Rod {
             relaxation,
             section: self.section(),
             damping: self.damping.get().into(),
+            solver: self.solver,
+            turns: match self.turns() {
+                true => [half(self.turn_start), half(self.turn_end)],
+                false => [0.0; 2],
+            },
+        }
+    }
+}
+
+impl Pass {
+    /// The same for networks, which have no first and last segment.
+    fn of_networks(self) -> Self {
+        Self {
+            turns: [0.0; 2],
+            ..self
         }
     }
 }
@@ -410,7 +455,8 @@ impl BodyEffect for Rod {
                     w: part.positions[particle].w.into(),
                 }
             };
-            system.iterate(&own, node, |i| part.start(i as usize - pass.first));
+            let start = |i| part.start(i as usize - pass.first);
+            system.iterate(&own.of_networks(), node, start);
             for (i, &by) in system.moves.iter().enumerate() {
                 if by != DVec3::ZERO {
                     part.shift(i - pass.first, by);
@@ -437,7 +483,11 @@ impl BodyEffect for Rod {
         pass: &ReferencePass,
     ) {
         let own = self.pass(pass.h, pass.compliant, pass.iteration, pass.relaxation);
-        for system in [&mut state.chains, &mut state.networks] {
+        let systems = [
+            (&mut state.chains, own),
+            (&mut state.networks, own.of_networks()),
+        ];
+        for (system, own) in systems {
             let node = |i: u32| Node {
                 x: body.x[i as usize],
                 w: body.w[i as usize],

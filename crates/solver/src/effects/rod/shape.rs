@@ -257,6 +257,20 @@ impl RodShape {
         })
     }
 
+    /// Whether the first and the last segment of an open chain is clamped, at least of one chain.
+    #[must_use]
+    pub fn clamps(&self, is_pinned: impl Fn(ParticleIndex) -> bool) -> [bool; 2] {
+        let chains = self.chains.ranges.iter();
+        let is_clamped = |segment: usize| {
+            let mut nodes = self.chains.segments[segment].nodes.into_iter();
+            nodes.all(|node| is_pinned(ParticleIndex(node)))
+        };
+        [
+            chains.clone().any(|range| is_clamped(range.start)),
+            chains.clone().any(|range| is_clamped(range.end - 1)),
+        ]
+    }
+
     /// The particles at the ends of each segment, in the order of
     /// [`Particles::segments`](crate::Particles::segments). The z axis of a segment points from the
     /// first to the second.
@@ -474,6 +488,17 @@ impl Rest {
                 Some((*behind, joint))
             }
         }
+    }
+
+    /// Whether a segment is the first one of its part.
+    pub fn is_first(&self, segment: usize) -> bool {
+        self.segments[segment].joint.is_none()
+    }
+
+    /// Whether a segment is the last one of its part.
+    pub fn is_last(&self, segment: usize) -> bool {
+        let next = self.segments.get(segment + 1);
+        next.is_none_or(|next| next.joint.is_none())
     }
 
     /// Number of segments and of joints that close a ring.

@@ -4,8 +4,10 @@
 //! before; a joint that closes a ring has a row of its own.
 
 use super::{
+    clamp::carried,
     elimination::Elimination,
     shape::{Rest, RestJoint},
+    solver::RodSolver,
 };
 use glam::{DMat3, DQuat, DVec3};
 use std::collections::BTreeSet;
@@ -45,9 +47,23 @@ pub struct Pass {
     pub section: Section,
     /// Damping τ [s].
     pub damping: f64,
+    /// Rotation of the clamped first and last segment of each chain about their axes in a substep,
+    /// as the tangent of half the angle.
+    pub turns: [f64; 2],
+    /// How the equations are solved.
+    pub solver: RodSolver,
 }
 
 impl Pass {
+    /// That rotation of a segment which may be the first or the last one.
+    pub fn turn(&self, is_first: bool, is_last: bool) -> f64 {
+        match (is_first, is_last) {
+            (true, _) => self.turns[0],
+            (false, true) => self.turns[1],
+            (false, false) => 0.0,
+        }
+    }
+
     /// Factor on the inverse inertia: constraints move a particle by w∇C λ with λ = h²f in their own
     /// time step; a segment, which is always stepped by implicit Euler, must move by U∇C h²f with h
     /// of that step.
@@ -169,7 +185,10 @@ impl System {
             self.lambdas.fill([DVec3::ZERO; 2]);
         }
         self.moves.fill(DVec3::ZERO);
-        self.solve(pass, &at);
+        match pass.solver {
+            RodSolver::Direct => self.solve(pass, &at),
+            RodSolver::Iterated => self.sweep(pass, &at),
+        }
         if pass.last {
             for (segment, predicted) in self.segments.iter_mut().zip(&self.predictions) {
                 let turn = segment.orientation * predicted.orientation.conjugate();
@@ -197,7 +216,12 @@ impl System {
         let step = pass.step();
         for (i, segment) in segments.iter_mut().enumerate() {
             let inverse = inverse_inertia(rest, i, radius, at).map(|it| it * step);
-            if inverse == [0.0; 2] {
+            let [from, to] = rest.segments[i].nodes.map(at);
+            if from.w == 0.0 && to.w == 0.0 {
+                let turn = pass.turn(rest.is_first(i), rest.is_last(i));
+                let turn = carried(segment.orientation, to.x - from.x, turn);
+                segment.angular_velocity = turn / pass.h;
+            } else if inverse == [0.0; 2] {
                 segment.angular_velocity = DVec3::ZERO;
             }
             segment.orientation = turned(segment.orientation, segment.angular_velocity * pass.h);
@@ -258,7 +282,7 @@ impl System {
 
     /// Right-hand sides of a row, and what its compliances add to the matrix; the identity where there is
     /// no equation.
-    fn right(
+    pub(super) fn right(
         &self,
         row: usize,
         frame: Option<&Frame>,
@@ -321,7 +345,7 @@ impl System {
         }
     }
 
-    fn frame(&self, i: usize) -> Frame {
+    pub(super) fn frame(&self, i: usize) -> Frame {
         let axes = DMat3::from_quat(self.segments[i].orientation);
         let [across, along] = self.predictions[i].inverse_inertia;
         let diagonal = DMat3::from_diagonal(DVec3::new(across, across, along));
@@ -334,7 +358,7 @@ impl System {
 
     /// G, the derivative of C_b of a row by the rotation of the segment behind the joint; its
     /// negative is that by the rotation of the one before. 0 without a joint.
-    fn bending(&self, row: usize) -> DMat3 {
+    pub(super) fn bending(&self, row: usize) -> DMat3 {
         let joint = self.rest.joint_of(row);
         joint.map_or(DMat3::ZERO, |(behind, joint)| {
             let turn = rotation(joint, &self.segments, behind);
@@ -342,6 +366,28 @@ impl System {
             let axes = DMat3::from_quat(self.segments[joint.before].orientation);
             0.5 * inner * axes.transpose()
         })
+    }
+
+    /// Work in a substep of `h` seconds of clamped segments that turn, against the moments λ/h² of the
+    /// joints beside them [J]. `w` is the inverse mass of a particle.
+    pub fn work_of_clamps(&self, h: f64, w: impl Fn(u32) -> f64) -> f64 {
+        let way = |i: usize| {
+            let mut nodes = self.rest.segments[i].nodes.into_iter();
+            let is_clamped = nodes.all(|node| w(node) == 0.0);
+            match is_clamped {
+                true => self.segments[i].angular_velocity * h,
+                false => DVec3::ZERO,
+            }
+        };
+        let works = (0..self.rest.rows()).filter_map(|row| {
+            let (behind, joint) = self.rest.joint_of(row)?;
+            let way = way(behind) - way(joint.before);
+            (way != DVec3::ZERO).then(|| {
+                let [_, lambda] = self.lambdas[row];
+                -(self.bending(row).transpose() * lambda).dot(way)
+            })
+        });
+        works.sum::<f64>() / (h * h)
     }
 
     /// Memory use in bytes.
@@ -429,13 +475,13 @@ impl Plan {
 
 /// What the equations of a segment depend on.
 #[derive(Debug, Clone, Copy)]
-struct Frame {
+pub(super) struct Frame {
     /// R.
     axes: DMat3,
     /// U, the inverse inertia in the world [1/(kg·m²)].
-    inertia: DMat3,
+    pub inertia: DMat3,
     /// L = l [d₃]× [m], the derivative of C_s.
-    arm: DMat3,
+    pub arm: DMat3,
 }
 
 /// Rotation of a joint from the segment before to the frame of the one behind.
@@ -485,8 +531,9 @@ fn add(system: &mut Elimination, one: (usize, usize), other: (usize, usize), blo
     system.add(one, other, &block.transpose().to_cols_array_2d());
 }
 
-/// Turns an orientation by a small rotation vector [rad].
-fn turned(orientation: DQuat, by: DVec3) -> DQuat {
+/// Turns an orientation by a small rotation vector [rad], exactly by twice the arctangent of half its
+/// length.
+pub fn turned(orientation: DQuat, by: DVec3) -> DQuat {
     let change = DQuat::from_xyzw(by.x, by.y, by.z, 0.0) * orientation;
     (orientation + change * 0.5).normalize()
 }
