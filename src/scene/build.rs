@@ -2,7 +2,7 @@
 
 use super::{
     Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, PartBounds, Pins,
-    Region, Scene, SceneError, ShapeSpec, asset,
+    Region, ScalpSpec, Scene, SceneError, ShapeSpec, asset,
     stitches::{join, roots, stitches},
     substeps::{choose, is_automatic},
 };
@@ -244,18 +244,31 @@ impl Scene {
             body: spec.name.clone(),
             error,
         };
-        match (&spec.primitive, &spec.mesh) {
-            (Some(primitive), None) => primitive.build().map_err(named),
-            (None, Some(mesh)) => {
+        match (&spec.primitive, &spec.mesh, &spec.hair) {
+            (Some(primitive), None, None) => primitive.build().map_err(named),
+            (None, Some(mesh), None) => {
                 let (file, bounds) = self
                     .file_mesh(&mesh.file, mesh.part.as_deref(), mesh.bounds)
                     .map_err(named)?;
                 mesh::build(file, &mesh.options(bounds)).map_err(named)
             }
+            (None, None, Some(hair)) => {
+                let scalp = match &hair.scalp {
+                    ScalpSpec::Mesh {
+                        file,
+                        part,
+                        bounds,
+                        size,
+                    } => self.file_surface(file, part.as_deref(), *bounds, *size),
+                    ScalpSpec::Surface(primitive) => primitive.build(),
+                };
+                let hair = scalp.and_then(|scalp| hair.strands.grow(&scalp));
+                hair.map_err(named)
+            }
             _ => Err(wrong(
                 spec,
-                "expected either a primitive or a mesh, as in `primitive: Box(size: (1, 1, 1))` \
-                 or `mesh: (file: \"bunny\")`"
+                "expected a primitive, a mesh or hair, as in `primitive: Box(size: (1, 1, 1))`, \
+                 `mesh: (file: \"bunny\")` or `hair: (scalp: Mesh(file: \"bunny\"))`"
                     .to_owned(),
             )),
         }
@@ -283,16 +296,7 @@ impl Scene {
                 part,
                 bounds,
                 size,
-            } => {
-                let (mesh, bounds) = self.file_mesh(file, part.as_deref(), *bounds)?;
-                let options = BuildOptions {
-                    size: *size,
-                    bounds,
-                    treatment: Treatment::Shell,
-                    ..BuildOptions::default()
-                };
-                mesh_shape(mesh::build(mesh, &options)?)?
-            }
+            } => mesh_shape(self.file_surface(file, part.as_deref(), *bounds, *size)?)?,
             ShapeSpec::Surface(primitive) => mesh_shape(primitive.build()?)?,
         };
         let collider = Collider::moving(shape, start, spec.path.clone())?;
@@ -302,14 +306,37 @@ impl Scene {
     /// The mesh files of its bodies and colliders.
     #[must_use]
     pub fn mesh_files(&self) -> Vec<PathBuf> {
-        let of_bodies = self.bodies.iter().filter_map(|body| body.mesh.as_ref());
-        let of_bodies = of_bodies.map(|mesh| &mesh.file);
+        let of_bodies = self.bodies.iter().flat_map(|body| {
+            let scalp = body.hair.as_ref().and_then(|hair| match &hair.scalp {
+                ScalpSpec::Mesh { file, .. } => Some(file),
+                ScalpSpec::Surface(_) => None,
+            });
+            body.mesh.as_ref().map(|mesh| &mesh.file).or(scalp)
+        });
         let of_colliders = self.colliders.iter().filter_map(|it| match &it.shape {
             ShapeSpec::Mesh { file, .. } => Some(file),
             _ => None,
         });
         let files = of_bodies.chain(of_colliders).filter(|file| is_path(file));
         files.map(|file| self.folder.join(file)).collect()
+    }
+
+    /// The triangles of a mesh file or of a part of one.
+    fn file_surface(
+        &self,
+        file: &str,
+        part: Option<&str>,
+        bounds: PartBounds,
+        size: Option<f32>,
+    ) -> Result<SoftMesh, mesh::MeshError> {
+        let (mesh, bounds) = self.file_mesh(file, part, bounds)?;
+        let options = BuildOptions {
+            size,
+            bounds,
+            treatment: Treatment::Shell,
+            ..BuildOptions::default()
+        };
+        mesh::build(mesh, &options)
     }
 
     /// A mesh file or a part of one, and the bounds of the file if the part keeps its place in them.

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     effect::{OwnEffects, own::options},
-    mesh::{Bounds, BuildOptions, Primitive, Treatment},
+    mesh::{Bounds, BuildOptions, Primitive, Strands, Treatment},
     solver::{
         Compliance, Cut, Density, Force, Mass, Path, Settings, Toughness, VertexIndex,
         deform::Deformation,
@@ -79,6 +79,9 @@ pub struct BodySpec {
     /// Mesh file.
     #[serde(default)]
     pub mesh: Option<MeshSpec>,
+    /// Hair on any surface.
+    #[serde(default)]
+    pub hair: Option<HairSpec>,
     /// Name of a [material](super::Material), which sets density and material effects; values given
     /// here take precedence.
     #[serde(default)]
@@ -149,6 +152,41 @@ pub struct MeshSpec {
     /// Whether a surface is filled with tetrahedra, or simulated as a cloth.
     #[serde(default)]
     pub treatment: Treatment,
+}
+
+/// Strands of hair on a surface. The body has the coordinates of the surface, so that with the same
+/// position and rotation they grow on the body or collider that has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HairSpec {
+    /// The surface.
+    pub scalp: ScalpSpec,
+    /// Number, shape and region of the strands.
+    #[serde(default)]
+    pub strands: Strands,
+}
+
+/// A surface on which hair grows. On a ball, without a mesh: the primitive [`Hair`](Primitive::Hair).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub enum ScalpSpec {
+    /// The triangles of a mesh file, as those of a [collider](ShapeSpec::Mesh).
+    Mesh {
+        /// Name of a built-in mesh, or path of a file relative to the scene file.
+        file: String,
+        /// Name of a part, by default the whole file, as that of a [body](MeshSpec::part).
+        #[serde(default)]
+        part: Option<String>,
+        /// What `size` and the position of the body refer to if there is a `part`.
+        #[serde(default)]
+        bounds: PartBounds,
+        /// Length of the longest side of the bounds [m]; defaults to the file's numbers in meters.
+        #[serde(default)]
+        size: Option<f32>,
+    },
+    /// The surface of a generated mesh.
+    Surface(Primitive),
 }
 
 /// The bounding box to which the size and the position of a part of a mesh file refer.

@@ -170,6 +170,7 @@ impl Scene {
                 cells: options.cells,
                 treatment: options.treatment,
             }),
+            hair: None,
             material: None,
             density: Some(density),
             added_mass: Vec::new(),

@@ -48,8 +48,8 @@ pub use build::BuiltScene;
 pub use effects::SceneEffects;
 pub use error::{ColliderError, SceneError};
 pub use file::{
-    BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, PartBounds, Pins, PointSpec, Region,
-    Scene, ShapeSpec, StitchSpec, StitchTo, parse, parse_with,
+    BodySpec, CameraSpec, ColliderSpec, Copies, HairSpec, MeshSpec, PartBounds, Pins, PointSpec,
+    Region, ScalpSpec, Scene, ShapeSpec, StitchSpec, StitchTo, parse, parse_with,
 };
 pub use material::{Material, RopeMaterial, SheetMaterial};
 pub use parameters::BodyParameters;

@@ -132,6 +132,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "hair" Ropes 1.2,
     "curls" Ropes 1.2,
     "soft_head" Ropes 1.2,
+    #[cfg(feature = "program")]
+    "fur" Ropes 1.0,
     "sand_pile" Grains 1.5,
     "hourglass" Grains 1.5,
     "marbles" Grains 1.2,

@@ -10,7 +10,7 @@ mod bodies;
 mod colliders;
 mod pose;
 
-use super::{BodySpec, BuiltScene, Check, MeshSpec, Scene};
+use super::{BodySpec, BuiltScene, Check, HairSpec, MeshSpec, ScalpSpec, Scene};
 use crate::{
     mesh::Primitive,
     simulation::{NewBody, SpawnOrder},
@@ -30,6 +30,8 @@ pub enum MeshSource {
     Primitive(Primitive),
     /// From a file or a built-in mesh. A path is absolute.
     File(MeshSpec),
+    /// Hair on a surface.
+    Hair(HairSpec),
 }
 
 /// A scene as it was opened, and the bodies that were added to it.
@@ -164,6 +166,10 @@ impl Definition {
         for body in &mut scene.bodies {
             if let Some(mesh) = &mut body.mesh {
                 moved(&mut mesh.file);
+            }
+            let scalp = body.hair.as_mut().map(|hair| &mut hair.scalp);
+            if let Some(ScalpSpec::Mesh { file, .. }) = scalp {
+                moved(file);
             }
         }
         for collider in &mut scene.colliders {

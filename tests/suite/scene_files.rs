@@ -186,7 +186,7 @@ fn an_error_in_a_body_names_the_body_and_the_valid_input() {
         &complaint(primitive, ""),
         &[
             "“b”",
-            "either a primitive or a mesh",
+            "a primitive, a mesh or hair",
             "`mesh: (file: \"bunny\")`",
         ],
     );

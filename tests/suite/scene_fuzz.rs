@@ -8,7 +8,7 @@ use crate::{
     support_app::app,
 };
 use pliant::{
-    mesh::{Primitive, Treatment},
+    mesh::{Primitive, Strands, Treatment},
     scene::{BodySpec, Scene, SceneError, overrides::Override, registry::SCENES},
     simulation::{SETTINGS, SimulationSettings, plain, tick},
     solver::{Settings, World},
@@ -48,6 +48,11 @@ const EVERYTHING: &str = r##"Scene(
         (name: "mesh", mesh: (file: "tetrahedron.obj", size: 0.5, cells: 3, treatment: Fill),
          effects: (stretch: (), volume: (), ground: ())),
         (name: "shell", mesh: (file: "tetrahedron.obj", treatment: Shell), effects: (stretch: ())),
+        (name: "fur", hair: (scalp: Mesh(file: "tetrahedron.obj", size: 0.5),
+         strands: (count: 5, length: 0.1, segments: 2, curl: 0.01, turns: 2, coverage: 120, offset: -0.01)),
+         effects: (rod: (radius: 0.01)), pins: [Roots(2)]),
+        (name: "hair", hair: (scalp: Surface(Box(size: (0.4, 0.4, 0.4), cells: (1, 1, 1))), strands: (count: 3, segments: 2)),
+         effects: (rod: ())),
     ],
     colliders: [
         (shape: Sphere(radius: 0.2), position: (0, 0.1, 0), path: Oscillate(travel: (1, 0, 0), period: 4)),
@@ -148,7 +153,13 @@ fn requested_elements(spec: &BodySpec) -> f64 {
         (None, Some(mesh)) if mesh.treatment == Treatment::Shell => 10.0,
         // A lattice of cubes, with one more on each side; 40 by default.
         (None, Some(mesh)) => 12.0 * (number(mesh.cells.unwrap_or(40)) + 2.0).powi(3),
-        (None, None) => 0.0,
+        (None, None) => spec.hair.as_ref().map_or(0.0, |hair| {
+            let Strands {
+                count, segments, ..
+            } = hair.strands;
+            // With the candidates for roots.
+            number(count) * (number(segments) + 6.0)
+        }),
     };
     let copies = spec.copies.map_or(1.0, |copies| {
         copies.count.to_array().map(number).iter().product()

@@ -7,6 +7,8 @@
 //! - a file ([`read`](mod@read)), or a named part of one ([`read::Parts`]), passed to [`build()`],
 //! - a [`SurfaceMesh`], [`TetMesh`] or [`CurveMesh`] from other code, passed to [`build()`].
 //!
+//! [`Strands`] of hair grow on any of them that has triangles.
+//!
 //! A surface is filled with a lattice of tetrahedra, coarser than the surface, which then follows
 //! it as a [`Skin`]. Geometry is f64 up to the last step, which centers it and rounds to f32, so
 //! that a mesh far from its origin keeps its detail.
@@ -38,8 +40,10 @@ mod lattice;
 mod orient;
 mod primitive;
 pub mod read;
+mod scatter;
 mod skin;
 mod source;
+mod strands;
 
 pub use build::{BuildOptions, MAX_CELLS, MAX_OFFSET, Treatment, build};
 pub use elements::{
@@ -51,6 +55,7 @@ pub use error::MeshError;
 pub use primitive::{Diagonals, GrainRegion, MAX_PARTICLES, MAX_TETRAHEDRA, Primitive};
 pub use skin::{Anchor, Skin};
 pub use source::{Bounds, CurveMesh, FileMesh, SurfaceMesh, TetMesh};
+pub use strands::Strands;
 
 use pliant_solver::RestShape;
 

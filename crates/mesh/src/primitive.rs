@@ -7,7 +7,7 @@
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{MeshError, SoftMesh};
+use super::{MeshError, SoftMesh, Strands};
 use pliant_solver::RestShape;
 
 mod grains;
@@ -22,7 +22,7 @@ pub const MAX_TETRAHEDRA: usize = 2_000_000;
 pub const MAX_PARTICLES: usize = 1_000_000;
 
 /// Valid sizes [m]: within them f32 represents the volume of a cell at full precision.
-const SIZES: std::ops::RangeInclusive<f32> = 1e-7..=1e7;
+pub(super) const SIZES: std::ops::RangeInclusive<f32> = 1e-7..=1e7;
 /// Maximum `minor` over `major`; beyond it the inner side of the tube has no space for cells.
 const FATTEST_TORUS: f32 = 0.95;
 
@@ -173,7 +173,8 @@ pub enum Primitive {
         segments: u32,
     },
     /// Strands of hair on the upper part of a ball, as many chains of edges in one body. Roots cover
-    /// the ball evenly; vertices are numbered strand by strand, from root to tip.
+    /// the ball evenly; vertices are numbered strand by strand, from root to tip. On other surfaces:
+    /// [`Strands`].
     Hair {
         /// Radius of the ball [m].
         radius: f32,
@@ -446,25 +447,18 @@ impl Primitive {
                 curl,
                 turns,
             } => {
-                sizes([("radius", radius), ("length", length)])?;
-                count("strands", strands, 1)?;
-                count("segments", segments, 1)?;
-                particles(u64::from(strands) * (u64::from(segments) + 1))?;
-                let valid = coverage > 0.0 && coverage <= 180.0;
-                range("coverage", coverage, valid, "a number above 0, to 180")?;
-                let valid = curl == 0.0 || SIZES.contains(&curl);
-                range("curl", curl, valid, "0, or a number from 1e-7 to 1e7 m")?;
-                let valid = (0.0..=1e3).contains(&turns);
-                range("turns", turns, valid, "a number from 0 to 1000")?;
-                hair::grow(&hair::Hair {
-                    radius,
-                    coverage,
-                    strands,
+                sizes([("radius", radius)])?;
+                let strands = Strands {
+                    count: strands,
                     length,
                     segments,
                     curl,
                     turns,
-                })
+                    coverage,
+                    offset: 0.0,
+                };
+                strands.check("strands")?;
+                hair::grow(radius, &strands)
             }
         };
         Ok(SoftMesh {
@@ -474,7 +468,7 @@ impl Primitive {
     }
 }
 
-fn sizes<const N: usize>(sizes: [(&'static str, f32); N]) -> Result<(), MeshError> {
+pub(super) fn sizes<const N: usize>(sizes: [(&'static str, f32); N]) -> Result<(), MeshError> {
     for (name, size) in sizes {
         if !SIZES.contains(&size) {
             return Err(MeshError::parameter(
@@ -487,7 +481,7 @@ fn sizes<const N: usize>(sizes: [(&'static str, f32); N]) -> Result<(), MeshErro
     Ok(())
 }
 
-fn count(name: &'static str, count: u32, least: u32) -> Result<(), MeshError> {
+pub(super) fn count(name: &'static str, count: u32, least: u32) -> Result<(), MeshError> {
     if count < least {
         return Err(MeshError::parameter(
             name,
@@ -498,7 +492,7 @@ fn count(name: &'static str, count: u32, least: u32) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn range(
+pub(super) fn range(
     name: &'static str,
     value: impl ToString,
     is_valid: bool,
@@ -520,7 +514,7 @@ fn limit(tetrahedra: u64) -> Result<(), MeshError> {
     too_large("tetrahedra", tetrahedra, MAX_TETRAHEDRA)
 }
 
-fn particles(particles: u64) -> Result<(), MeshError> {
+pub(super) fn particles(particles: u64) -> Result<(), MeshError> {
     too_large("particles", particles, MAX_PARTICLES)
 }
 
@@ -530,7 +524,7 @@ fn too_large(what: &'static str, count: u64, limit: usize) -> Result<(), MeshErr
             what,
             count,
             limit: limit as u64,
-            remedy: "use fewer cells",
+            remedy: "use fewer cells, segments or strands",
         });
     }
     Ok(())

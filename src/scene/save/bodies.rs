@@ -182,7 +182,7 @@ impl Definition {
     ) -> Option<BodySpec> {
         let (body, name) = (one.body, &one.body.name);
         let topology = original(&body.topology);
-        let Some((primitive, mesh)) = self.mesh_of(topology) else {
+        let Some(source) = self.mesh_of(topology) else {
             reasons.push(format!("{name}: the source of its mesh is unknown"));
             return None;
         };
@@ -210,8 +210,9 @@ impl Definition {
         }
         let mut spec = BodySpec {
             name: name.clone(),
-            primitive,
-            mesh,
+            primitive: None,
+            mesh: None,
+            hair: None,
             material: None,
             density: None,
             added_mass: body.added_mass.clone(),
@@ -227,25 +228,21 @@ impl Definition {
             copies: None,
             color: color(one.look.color),
         };
+        match source {
+            MeshSource::Primitive(primitive) => spec.primitive = Some(primitive),
+            MeshSource::File(mesh) => spec.mesh = Some(mesh),
+            MeshSource::Hair(hair) => spec.hair = Some(hair),
+        }
         write_effects(&mut spec, body, without_grab(&body.effects));
         spec.effects.own = one.own.to_vec();
         Some(spec)
     }
 
     /// The definition of a mesh, from the bodies that were added or those of the file.
-    fn mesh_of(
-        &self,
-        topology: &Arc<Topology>,
-    ) -> Option<(
-        Option<crate::mesh::Primitive>,
-        Option<crate::scene::MeshSpec>,
-    )> {
+    fn mesh_of(&self, topology: &Arc<Topology>) -> Option<MeshSource> {
         let known = self.meshes.iter().find(|(it, _)| Arc::ptr_eq(it, topology));
         if let Some((_, source)) = known {
-            return Some(match source.clone() {
-                MeshSource::Primitive(primitive) => (Some(primitive), None),
-                MeshSource::File(mesh) => (None, Some(mesh)),
-            });
+            return Some(source.clone());
         }
         let mut bodies = self.bodies.iter();
         // A body with initial cuts has another mesh than its entry names.
@@ -253,7 +250,10 @@ impl Definition {
             Arc::ptr_eq(&it.body.topology, topology) && self.scene.bodies[it.spec].cuts.is_empty()
         })?;
         let spec = &self.scene.bodies[built.spec];
-        Some((spec.primitive, spec.mesh.clone()))
+        let primitive = spec.primitive.map(MeshSource::Primitive);
+        let mesh = || spec.mesh.clone().map(MeshSource::File);
+        let hair = || spec.hair.clone().map(MeshSource::Hair);
+        primitive.or_else(mesh).or_else(hair)
     }
 }
 
