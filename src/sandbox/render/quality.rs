@@ -244,7 +244,7 @@ mod tests {
         // Fast at low quality, slow at high quality.
         while seconds < 3600.0 {
             let quality = governor.quality;
-            let is_high = quality == EffectiveQuality::High;
+            let is_high = quality == High;
             let frame = if is_high { 0.05 } else { 0.016 };
             governor.pass(frame, 0.0);
             seconds += frame;
