@@ -110,16 +110,19 @@ impl Effect for Rod {
         }
         let pins = body.get::<Pins>().map_or(&[][..], |pins| pins);
         let is_pinned = |particle| pins.contains(&topology.numbering.vertex(particle));
-        let clamped = RodShape::of(topology).ok()?.clamps(is_pinned);
+        let shape = RodShape::of(topology).ok()?;
+        if shape.roots(1).next().is_none() {
+            let text = "Rings and branches have no ends to turn.";
+            return Some(text.to_owned());
+        }
+        let clamped = shape.clamps(is_pinned);
         let is_free = |end: usize| rates[end] != 0.0 && !clamped[end];
-        let which = match (is_free(0), is_free(1)) {
-            (true, _) => "first",
-            (false, true) => "last",
+        let (parameter, which) = match (is_free(0), is_free(1)) {
+            (true, _) => ("Turn start", "first"),
+            (false, true) => ("Turn end", "last"),
             (false, false) => return None,
         };
-        let text = format!(
-            "The {which} segment of no chain is clamped, so none turns there: pin its two vertices."
-        );
+        let text = format!("{parameter} has no effect: pin the {which} two vertices of a chain.");
         Some(text)
     }
 

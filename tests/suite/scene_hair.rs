@@ -211,6 +211,6 @@ fn momentum_is_balanced_in_a_closed_box_and_nothing_crosses() {
     assert_eq!(met, [true; 9], "who has touched another");
     assert_eq!(touched[..5], [true; 5], "the ground and the walls");
     assert!(world.bodies.iter().all(|body| body.quarantine.is_none()));
-    let share = lost.length() / exchanged;
-    assert!(share < 1e-5, "{share} of the impulse is lost: {lost}");
+    let fraction = lost.length() / exchanged;
+    assert!(fraction < 1e-5, "{fraction} of the impulse is lost: {lost}");
 }

@@ -8,8 +8,9 @@ use glam::{DQuat, DVec3, Vec3};
 use pliant::{
     effect::PinTargets,
     solver::{
-        self, Body, BodyEffectKind, Instructions, Particles, RestShape, Rod, RodRadius,
-        SectionStiffness, Threads, TurnRate, VertexIndex, World, YoungsModulus,
+        self, Body, BodyEffectKind, Cut, Instructions, Order, ParticleIndex, Particles, RestShape,
+        Rod, RodRadius, RodShape, SectionStiffness, Threads, TurnRate, VertexIndex, World,
+        YoungsModulus,
         advance::StepContext,
         contact::Swept,
         ledger::{self, Ledger},
@@ -82,9 +83,10 @@ fn angles(particles: &Particles) -> Vec<f64> {
 /// A substep turns a clamp by the exact angle, in any number of substeps.
 #[test]
 fn the_end_of_a_rod_turns_by_rate_times_time_and_the_middle_by_half_of_it() {
-    for substeps in [1, 8] {
+    for (substeps, order) in [(1, 1), (8, 1), (8, 2)] {
         // 1 rad in 2 s, slowly against the twist waves of a few hundredths of a second.
         let mut world = world(straight(rod(0.0, 0.5)), substeps);
+        world.settings.order = Order::of(order);
         for tick in 1..=120_u32 {
             world.tick();
             let particles = &world.bodies[0].particles;
@@ -103,6 +105,41 @@ fn the_end_of_a_rod_turns_by_rate_times_time_and_the_middle_by_half_of_it() {
                 );
             }
         }
+    }
+}
+
+/// From whichever side the scissors come: one piece keeps the number of the particle that is split.
+#[test]
+fn a_rod_that_is_cut_goes_on_turning_at_the_same_end() {
+    for away in [-1.0, 1.0] {
+        let mut body = straight(rod(0.0, 0.5));
+        let cut = Cut {
+            eye: Vec3::new(0.5, 5.0 * away, 0.0),
+            rays: [Vec3::new(0.0, -away, -0.5), Vec3::new(0.01, -away, 0.5)],
+        };
+        let mut world = world(body.clone(), 8);
+        world.tick();
+        body = world.bodies.remove(0);
+        assert!(body.cut(&cut).is_some(), "it is cut");
+        let last = body.topology.particle(VertexIndex(SEGMENTS)) as u32;
+        world.bodies.push(body);
+        let of_end = |world: &World| {
+            let body = &world.bodies[0];
+            let shape = RodShape::of(&body.topology).expect("two chains");
+            let place = shape
+                .ends()
+                .position(|ends| ends.contains(&ParticleIndex(last)));
+            body.particles.segments[place.expect("its segment")].orientation
+        };
+        world.tick();
+        let before = of_end(&world);
+        for _ in 0..60 {
+            world.tick();
+        }
+        let turned = of_end(&world) * before.conjugate();
+        let angle = 2.0 * turned.x.atan2(turned.w);
+        // As above.
+        assert!((angle - 0.5).abs() < 1e-6, "{away}: {angle}");
     }
 }
 

@@ -14,9 +14,10 @@ use pliant::{
     scene::{Scene, run::headless},
     simulation::{SolvePhase, SolveSchedule, plain},
     solver::{
-        Body, Collider, ColliderShape, Compliance, ContactThickness, Effects, Force, ParticleIndex,
-        Pose, RestShape, SelfContact, Stitch, StitchEnd, StitchError, Stitches, SurfacePoint,
-        Threads, VertexIndex, World, deform::Random, reference,
+        Body, Coefficient, Collider, ColliderShape, Compliance, ContactThickness, Drag, Effects,
+        Force, Mass, ParticleIndex, Pose, RestShape, SelfContact, Stitch, StitchEnd, StitchError,
+        Stitches, Stretch, SurfacePoint, Threads, Toughness, VertexIndex, World, deform::Random,
+        reference,
     },
 };
 
@@ -83,6 +84,60 @@ fn a_stitch_breaks_at_its_force() {
     run(&mut world, 1.0);
     assert_eq!(world.bodies[0].stitches.broken(), 1);
     assert!(world.bodies[0].particles.positions[0].y < -1.0, "it falls");
+}
+
+/// A limp strip that is peeled off at a right angle gives way at F = G: the end moves by as much as the seam
+/// opens. Stitches that open by δ before they break carry the load with δ/l of their neighbors, and the
+/// force is that of the toughness whatever their spacing l: within a tenth with 12 of them. At 1.1 of it
+/// the strip peels by a spacing per second, so that 1.2 is asserted.
+#[test]
+fn a_strip_is_peeled_off_at_the_toughness_of_its_seam() {
+    const SEAM: f64 = 10.0; // J/m
+    const OPENING: f64 = 0.3; // m
+    let broken = |spacing: f64, load: f64| {
+        let count = (0.8 / spacing).round() as u32 + 1;
+        // The free end hangs below the first stitch.
+        let place = |k: u32| Vec3::new((f64::from(k) * spacing) as f32, 0.0, 0.0);
+        let shape = RestShape {
+            vertices: [Vec3::NEG_Y * 0.1]
+                .into_iter()
+                .chain((0..count).map(place))
+                .collect(),
+            edges: (0..count).map(|i| [i, i + 1]).collect(),
+            ..RestShape::default()
+        };
+        let toughness = SEAM * spacing;
+        let compliance = (OPENING * OPENING / (2.0 * toughness)) as f32;
+        let strength =
+            Stitch::strength_of(Toughness::of(toughness as f32), Compliance::of(compliance));
+        // Light, beside 1 kg at its end.
+        let mut strip = body("strip", shape, 1e-2);
+        let stitches = (0..count).map(|k| {
+            let particle = strip.topology.particle(VertexIndex(k + 1)) as u32;
+            let to = StitchEnd::Collider {
+                number: 0,
+                place: place(k),
+            };
+            stitch(at(&[(particle, 1.0)]), to, compliance, strength.get())
+        });
+        let stitches: Vec<_> = stitches.collect();
+        strip.added_mass = vec![(VertexIndex(0), Mass::of((load * SEAM / G) as f32))];
+        strip.update_masses();
+        strip.effects.stretch = Some(Stretch::default());
+        // The weight sinks slowly, without overshoot.
+        strip.effects.drag = Some(Drag {
+            linear: Coefficient::of(20.0),
+            ..Drag::default()
+        });
+        let mut world = world(settings(G, 60.0, 100, 1), stitched(strip, &stitches));
+        world.colliders.push(hook());
+        run(&mut world, 5.0);
+        world.bodies[0].stitches.broken()
+    };
+    for spacing in [OPENING / 12.0, OPENING / 24.0] {
+        assert_eq!(broken(spacing, 0.9), 0, "{spacing} m");
+        assert!(broken(spacing, 1.2) > 3, "{spacing} m");
+    }
 }
 
 #[test]

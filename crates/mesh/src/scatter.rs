@@ -55,10 +55,8 @@ impl Surface {
                 normals[corner as usize] += normal;
             }
         }
-        let lowest = match coverage < 180.0 {
-            true => libm::cos(coverage.to_radians()),
-            false => -1.0,
-        };
+        // Vertices are rounded to f32.
+        let lowest = libm::cos(coverage.to_radians()) - 1e-6;
         let mut area = 0.0;
         let mut has_area = false;
         let mut triangles = Vec::new();
@@ -69,7 +67,7 @@ impl Surface {
                 continue;
             };
             has_area = true;
-            if lowest > -1.0 && normal.y < lowest {
+            if normal.y < lowest {
                 continue;
             }
             area += 0.5 * across.length();

@@ -60,7 +60,8 @@ impl Default for Strands {
 const GROWTH: f64 = 0.3;
 
 impl Strands {
-    /// Strands on the triangles of a body, in its coordinates: one body of as many chains of edges, with
+    /// Strands on the triangles of a body, which are those of its lattice if it is
+    /// [filled](crate::Treatment), in its coordinates: one body of as many chains of edges, with
     /// vertices from root to tip, strand by strand. Roots cover the surface evenly: of five times as many
     /// points, those with close neighbors are removed (Yuksel, *Sample Elimination for Generating Poisson
     /// Disk Sample Sets*, 2015). Strands leave it along its normal, which is interpolated between the

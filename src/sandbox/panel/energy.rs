@@ -153,7 +153,10 @@ fn words(row: &str) -> (&'static str, &'static str) {
             "Recovery",
             "Work of separating surfaces that overlap or cross",
         ),
-        "grab" => ("Grab", "Work of the mouse spring on the grabbed body"),
+        "grab" => (
+            "Grab",
+            "Work of the mouse spring on the grabbed body, and of clamps that turn rods",
+        ),
         "plastic" => (
             "Plastic flow",
             "Energy dissipated as rest lengths, angles and volumes change beyond the yield strain",

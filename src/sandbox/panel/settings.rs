@@ -32,8 +32,8 @@ const ROWS: &[Row] = &[
     Row {
         title: "Quality",
         help: "Low draws no shadows, does not smooth edges, and draws the bodies at two thirds of \
-               the resolution. Auto measures the time of a frame and lowers the quality if drawing \
-               is slow, below 30 frames per second to half the resolution.",
+               the resolution. Auto measures the time of a frame and lowers the quality below \
+               30 frames per second: to low, then to half the resolution.",
         draw: quality,
     },
     Row {
@@ -114,7 +114,8 @@ fn first_steps(ui: &mut Ui, panel: &mut Panel, _: &PanelModel, help: &str) {
 
 fn quality(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, help: &str) {
     let automatic = match (model.display.quality, model.quality) {
-        (Quality::Auto, EffectiveQuality::Lowest | EffectiveQuality::Low) => "Auto: low",
+        (Quality::Auto, EffectiveQuality::Lowest) => "Auto: half",
+        (Quality::Auto, EffectiveQuality::Low) => "Auto: low",
         (Quality::Auto, EffectiveQuality::High) => "Auto: high",
         _ => "Auto",
     };

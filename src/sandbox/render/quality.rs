@@ -18,8 +18,8 @@ use crate::{
 use bevy::{light::ShadowFilteringMethod, prelude::*, render::renderer::RenderAdapterInfo};
 use std::time::{Duration, Instant};
 
-/// Frame time above which the quality is lowered from high, and from low [s].
-const SLOW: [f32; 2] = [1.0 / 25.0, 1.0 / 30.0];
+/// Frame time above which the quality is lowered [s].
+const SLOW: f32 = 1.0 / 30.0;
 /// Frame time below which the quality may be raised [s].
 const FAST: f32 = 1.0 / 50.0;
 /// Time of slow frames after which the quality is lowered [s].
@@ -100,8 +100,7 @@ impl Governor {
             self.set(self.quality.higher());
             self.fast_for *= 2.0;
         }
-        let limit = SLOW[usize::from(self.quality != EffectiveQuality::High)];
-        let change = if frame > limit { frame } else { -frame };
+        let change = if frame > SLOW { frame } else { -frame };
         self.slow = (self.slow + change).max(0.0);
         if self.slow > SLOW_FOR {
             self.set(self.quality.lower());

@@ -19,8 +19,8 @@
 //! **Time.** Nanoseconds per substep, measured with the same problems on one thread of a cloud AMD EPYC:
 //! by Gauss–Seidel 1000 for a body, 4.5 for an edge or a volume, and 14 for each equation of an element
 //! that has several; for their parts of a linear system 90 and 185, and 0.12 for each multiplication of
-//! its factorization, or 0.07 of a large one, which takes a quarter of that after the first in a tick
-//! ([`reuse`](super::reuse): 0.18 to 0.46 on cubes of 20³ to 11³ cells). Only the ratio matters, and the figures are the same everywhere, so that every
+//! its factorization, or 0.07 of a large one, which in a solid takes a quarter of that after the first in a tick
+//! ([`reuse`](super::reuse): 0.18 to 0.46 on cubes of 20³ to 11³ cells; a cloth changes too much). Only the ratio matters, and the figures are the same everywhere, so that every
 //! computer chooses the same. The direct solver is compared at the substeps of the world, Gauss–Seidel
 //! at those that it needs, at most 1000.
 
@@ -44,7 +44,7 @@ const GAUSS_SEIDEL: [f64; 2] = [4.5, 14.0];
 const ASSEMBLY: [f64; 2] = [90.0, 185.0];
 /// Nanoseconds per multiplication of a factorization by blocks, and of a large one in fronts.
 const FACTORIZATION: [f64; 2] = [0.12, 0.07];
-/// Time of a solution with the factor of an earlier system of the tick, over that of a large factorization.
+/// Time of a solution with the factor of an earlier system of the tick, over that of a large factorization of a solid.
 const REUSE: f64 = 0.25;
 /// Displacement that gives an equation a gradient which has none at rest, as a fraction of the body.
 const NUDGE: f64 = 1e-3;
@@ -89,7 +89,10 @@ impl Choice {
         let direct = |work: u64| {
             let count = iterations * f64::from(substeps);
             let (each, factorizations) = match work >= LARGE {
-                true => (FACTORIZATION[1], 1.0 + (count - 1.0) * REUSE),
+                true if sums.topology.tetrahedra.corners().len() > 0 => {
+                    (FACTORIZATION[1], 1.0 + (count - 1.0) * REUSE)
+                }
+                true => (FACTORIZATION[1], count),
                 false => (FACTORIZATION[0], count),
             };
             count * sums.assembly + factorizations * each * work as f64

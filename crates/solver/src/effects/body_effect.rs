@@ -159,6 +159,8 @@ pub struct BodyPass<'a> {
     pub colliders: &'a [SweptCollider],
     /// Gravity [m/s²].
     pub gravity: Vec3,
+    /// Length of the substep [s].
+    pub seconds: f64,
     /// Length of the substep [s] for implicit Euler.
     pub h: f32,
     /// Length of the substep [s] for compliances, by the method.
@@ -214,6 +216,8 @@ pub struct ReferencePass<'a> {
     pub colliders: &'a [SweptCollider],
     /// Gravity [m/s²].
     pub gravity: DVec3,
+    /// Length of the substep [s].
+    pub seconds: f64,
     /// Length of the substep [s] for implicit Euler.
     pub h: f64,
     /// Length of the substep [s] for compliances, by the method.

@@ -228,6 +228,7 @@ impl World {
         let pass = |h: f64, iteration: u32| ReferencePass {
             colliders: &colliders,
             gravity,
+            seconds: whole,
             h,
             compliant: step.method.compliant_seconds(h),
             relaxation: step.method.relaxation().into(),
@@ -432,6 +433,7 @@ impl ReferencePass<'_> {
         Self {
             colliders: &[],
             gravity: DVec3::ZERO,
+            seconds: h,
             h,
             compliant: h,
             relaxation: 1.0,

@@ -621,6 +621,7 @@ impl<'a> TaskContext<'a> {
                     first,
                     colliders: self.context.swept.of(substep),
                     gravity: settings.gravity,
+                    seconds: settings.substep_seconds(),
                     h: self.h,
                     compliant: self.compliant,
                     relaxation: self.any.method.relaxation(),

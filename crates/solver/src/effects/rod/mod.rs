@@ -106,8 +106,8 @@ pub struct Rod {
     /// closed one leaves its plane (Michell 1889).
     pub twist: Twist,
     /// Angular velocity about its axis of the clamped first segment of each open chain [rad/s], right-handed
-    /// about the direction away from it; default 0. The first segment is that at the free end with the
-    /// lowest vertex. No effect where its particles are not both pinned. A substep turns it by
+    /// about the direction away from it; default 0. The first segment is that of the two at free ends
+    /// with the lowest vertex. No effect where its particles are not both pinned. A substep turns it by
     /// less than half a turn.
     pub turn_start: TurnRate,
     /// The same of the clamped last segment [rad/s], about the direction from the first to the last
@@ -367,9 +367,15 @@ impl Rod {
         self.turn_start.get() != 0.0 || self.turn_end.get() != 0.0
     }
 
-    /// An iteration, by its number and the number of all of a substep of `h` [s].
-    fn pass(&self, h: f64, compliant: f64, iteration: (u32, u32), relaxation: f64) -> Pass {
-        let half = |rate: TurnRate| libm::tan(0.5 * h * f64::from(rate.get()));
+    /// An iteration, by its number and the number of all of a substep of `seconds`; `h` is its length for
+    /// implicit Euler [s].
+    fn pass(
+        &self,
+        [seconds, h, compliant]: [f64; 3],
+        iteration: (u32, u32),
+        relaxation: f64,
+    ) -> Pass {
+        let half = |rate: TurnRate| libm::tan(0.5 * seconds * f64::from(rate.get()));
         Pass {
             h,
             compliant,
@@ -422,8 +428,7 @@ impl BodyEffect for Rod {
             return false;
         };
         let own = self.pass(
-            pass.h.into(),
-            pass.compliant.into(),
+            [pass.seconds, pass.h.into(), pass.compliant.into()],
             pass.iteration,
             pass.relaxation.into(),
         );
@@ -482,7 +487,11 @@ impl BodyEffect for Rod {
         body: ReferenceParticles,
         pass: &ReferencePass,
     ) {
-        let own = self.pass(pass.h, pass.compliant, pass.iteration, pass.relaxation);
+        let own = self.pass(
+            [pass.seconds, pass.h, pass.compliant],
+            pass.iteration,
+            pass.relaxation,
+        );
         let systems = [
             (&mut state.chains, own),
             (&mut state.networks, own.of_networks()),

@@ -140,8 +140,9 @@ struct Step {
 
 impl RodShape {
     /// The segments of a body: those of open chains by partition. Each connected part is walked
-    /// from its free end with the lowest vertex, or from its lowest vertex; parts are in the order
-    /// of these, those without a free end last.
+    /// from the free end whose edge has the lowest vertex, or from its lowest vertex; parts are in the
+    /// order of these, those without a free end last. A tear gives copies of a vertex high numbers: a
+    /// piece of a chain begins at the same side as the chain.
     ///
     /// # Errors
     /// [`NotARod`] for a body with a surface, too many edges at a vertex or too many rings.
@@ -174,11 +175,12 @@ impl RodShape {
             is_done: vec![false; topology.edges.ends().len()],
         };
         let (mut chains, mut networks, mut rings) = (Vec::new(), Rest::default(), 0);
-        for &root in order
-            .iter()
-            .filter(is_free)
-            .chain(order.iter().filter(is_inside))
-        {
+        let mut ends: Vec<u32> = order.iter().filter(is_free).copied().collect();
+        ends.sort_by_key(|&end| {
+            let near = edges[end as usize].iter().map(|(near, _)| vertex(*near));
+            near.chain([vertex(end)]).min()
+        });
+        for &root in ends.iter().chain(order.iter().filter(is_inside)) {
             let steps = walk.from(root);
             if steps.is_empty() {
                 continue;

@@ -375,7 +375,11 @@ impl System {
             let mut nodes = self.rest.segments[i].nodes.into_iter();
             let is_clamped = nodes.all(|node| w(node) == 0.0);
             match is_clamped {
-                true => self.segments[i].angular_velocity * h,
+                // The vector by which it was turned has the length 2 tan(θ/2).
+                true => {
+                    let by = self.segments[i].angular_velocity * h;
+                    by.normalize_or_zero() * 2.0 * libm::atan(0.5 * by.length())
+                }
                 false => DVec3::ZERO,
             }
         };
