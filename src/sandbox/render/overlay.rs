@@ -19,6 +19,8 @@ use bevy_egui::{
 pub(in crate::sandbox) const LINE: Color32 = Color32::from_rgb(30, 38, 52);
 /// Number of marks of a body above which they are small.
 pub(super) const MANY: usize = 100;
+/// Number of stitches of a body above which they are not drawn: they would cover it, as on fur.
+const MAX_STITCHES: usize = 1000;
 const THREAD: Color32 = Color32::from_rgb(250, 204, 21);
 
 /// Systems that draw markers, in `EguiPrimaryContextPass`.
@@ -72,7 +74,10 @@ fn paint_stitches(
     let screen = Screen { camera, eye };
     let mut sorted: Vec<_> = all.iter().collect();
     sorted.sort_unstable_by_key(|(order, _)| **order);
-    for (stitches, drawn) in &bodies {
+    let few = bodies
+        .iter()
+        .filter(|(stitches, _)| stitches.all().len() <= MAX_STITCHES);
+    for (stitches, drawn) in few {
         let (radius, edge) = match stitches.all().len() > MANY {
             true => (1.5, 0.5),
             false => (3.0, 1.0),
