@@ -385,10 +385,7 @@ impl Rod {
             section: self.section(),
             damping: self.damping.get().into(),
             solver: self.solver,
-            turns: match self.turns() {
-                true => [half(self.turn_start), half(self.turn_end)],
-                false => [0.0; 2],
-            },
+            turns: [self.turn_start, self.turn_end].map(half),
         }
     }
 }
