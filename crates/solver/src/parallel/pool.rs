@@ -110,15 +110,20 @@ impl Pool {
         }
         // Even after a panic, the work is recalled before the caller leaves.
         let ended = catch_unwind(AssertUnwindSafe(|| {
-            if let Some(call) = self.shared.calls(self.workers()) {
-                let shared = Arc::clone(&self.shared);
-                self.threads.spawn_broadcast(move |_| shared.join(call));
-            }
+            self.wake();
             work(0);
         }));
         let theirs = self.shared.recall();
         if let Some(panic) = ended.err().or(theirs) {
             resume_unwind(panic);
+        }
+    }
+
+    /// Wakes the workers that are not awake. They sleep again soon if no work follows.
+    pub fn wake(&self) {
+        if let Some(call) = self.shared.calls(self.workers()) {
+            let shared = Arc::clone(&self.shared);
+            self.threads.spawn_broadcast(move |_| shared.join(call));
         }
     }
 }

@@ -115,6 +115,11 @@ impl Threads {
         if !self.pays(all) {
             return items.iter_mut().for_each(|item| work(item, &one));
         }
+        // They come while the caller does what comes before the divisible work.
+        #[cfg(feature = "parallel")]
+        if let Some(pool) = &self.pool {
+            pool.wake();
+        }
         let is_large = |item: &T| {
             let WorkEstimate {
                 projections,

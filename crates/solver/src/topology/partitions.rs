@@ -8,8 +8,8 @@ use std::ops::Range;
 /// A body with fewer particles is a single partition. Miri is too slow for larger ones.
 pub const MIN_CUT: usize = if cfg!(miri) { 64 } else { 2048 };
 
-/// Maximum number of pieces in either half of the partitions.
-const MAX_PIECES: usize = 256;
+/// Maximum number of partitions.
+pub const MAX_PARTITIONS: usize = 510;
 
 /// Default number of particles in a partition.
 const USUAL: usize = if cfg!(miri) { 16 } else { 256 };
@@ -29,6 +29,8 @@ pub struct Partitions {
 pub struct Piece {
     /// The particles.
     pub particles: Range<usize>,
+    /// The partitions that they belong to.
+    pub partitions: Range<usize>,
     /// The partition whose constraints are solved on them, if any.
     pub partition: Option<usize>,
 }
@@ -47,7 +49,7 @@ impl Partitions {
             *far = high.max(*far);
         }
         // Eight partitions keep four threads busy in either half.
-        let count = (particles / USUAL / 8 * 8).clamp(8, 2 * (MAX_PIECES - 1));
+        let count = (particles / USUAL / 8 * 8).clamp(8, MAX_PARTITIONS);
         let width = particles.div_ceil(count);
         let mut starts = vec![0, width.min(particles) as u32];
         while let &[.., before, last] = &starts[..]
@@ -68,11 +70,12 @@ impl Partitions {
         &self.starts
     }
 
-    /// With stored starts; `None` if they do not ascend from 0.
+    /// With stored starts; `None` if they do not ascend from 0, or are too many.
     #[must_use]
     pub fn from_starts(starts: Vec<u32>) -> Option<Self> {
         let ascend = starts.windows(2).all(|pair| pair[0] < pair[1]);
-        (starts.len() > 1 && starts[0] == 0 && ascend).then(|| Self::new(starts))
+        let count = (2..=MAX_PARTITIONS + 1).contains(&starts.len());
+        (count && starts[0] == 0 && ascend).then(|| Self::new(starts))
     }
 
     /// The same after copies were inserted next to particles, where `place` is the new number of
@@ -86,17 +89,19 @@ impl Partitions {
         let start = |partition: usize| starts[partition.min(partitions)] as usize;
         let piece = |partition: usize| Piece {
             particles: start(partition)..start(partition + 2),
+            partitions: partition..(partition + 2).min(partitions),
             partition: Some(partition),
         };
         let even = (0..partitions).step_by(2).map(piece).collect();
         let mut odd: Vec<_> = (1..partitions).step_by(2).map(piece).collect();
         let whole = Piece {
             particles: 0..start(partitions),
+            partitions: 0..partitions,
             partition: None,
         };
         match odd.first_mut() {
             // Particles before the first odd partition belong to it.
-            Some(first) => first.particles.start = 0,
+            Some(first) => (first.particles.start, first.partitions.start) = (0, 0),
             None => odd.push(whole.clone()),
         }
         Self {
