@@ -126,7 +126,6 @@ impl RunScene {
             contacts: self.json,
             acceptance,
         };
-        let notes = built.notes.clone();
         let mut app = headless(&built);
         prepare(&mut app, &options)?;
         if let Some(path) = &self.record {
@@ -139,6 +138,7 @@ impl RunScene {
             bar.set_position((fraction * 1000.0) as u64);
             interrupt.flow()
         });
+        let notes = [&built.notes[..], &done.notes].concat();
         bar.finish_and_clear();
         interrupt.release();
         Recorder::end(app.world_mut());

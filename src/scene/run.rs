@@ -12,9 +12,11 @@ pub use super::touched::{PairOfRun, SurfaceOfRun};
 
 use crate::{
     SoftBodyPlugins,
+    effect::EffectRegistry,
     simulation::{
         EnergyLedger, Measuring, RecordContacts, SimulationSettings, SolverThreads, Statistics,
-        plain, state_hash, system_names, tick,
+        plain::{self, bodies_in_order},
+        state_hash, system_names, tick,
     },
     solver::Threads,
 };
@@ -62,6 +64,8 @@ pub struct Run {
     pub reasons: Vec<String>,
     /// Names of the systems of a substep, in order.
     pub systems: Vec<&'static str>,
+    /// Advice of effects on bodies at the end, one sentence each, as the panel shows it.
+    pub notes: Vec<String>,
     /// Energy ledger of the run, if it was tracked.
     pub ledger: Option<EnergyLedger>,
     /// Settings of the run.
@@ -225,6 +229,7 @@ pub fn run_in(
         history,
         times,
         systems: system_names(world),
+        notes: notes(world),
         ledger: world.remove_resource().filter(|_| options.ledger),
         settings,
         touched,
@@ -233,6 +238,35 @@ pub fn run_in(
         world: end,
         seconds,
     }
+}
+
+/// Notes of the effects, each with the bodies that it is about.
+fn notes(world: &mut World) -> Vec<String> {
+    let bodies = bodies_in_order(world);
+    let settings = world.resource::<SimulationSettings>();
+    let mut notes = Vec::new();
+    for info in world.resource::<EffectRegistry>().iter() {
+        let mut found: Vec<(String, Vec<&str>)> = Vec::new();
+        for &body in &bodies {
+            let body = world.entity(body);
+            let Some(note) = (info.note)(&body, settings) else {
+                continue;
+            };
+            let name = body.get::<Name>().map_or("body", Name::as_str);
+            match found.iter_mut().find(|(same, _)| *same == note) {
+                Some((_, names)) => names.push(name),
+                None => found.push((note, vec![name])),
+            }
+        }
+        notes.extend(found.into_iter().map(|(note, names)| {
+            let more = match names.len() - 1 {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            format!("{} of '{}'{more}: {note}", info.name, names[0])
+        }));
+    }
+    notes
 }
 
 /// Simulated time if neither the scene nor the user sets it [s].
