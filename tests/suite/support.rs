@@ -13,7 +13,7 @@ use pliant::{
             Multipliers,
             elastic::{self, Elastic},
         },
-        measure,
+        measure, reference,
     },
 };
 use std::sync::Arc;
@@ -231,6 +231,22 @@ pub fn assert_relative(value: f64, expected: f64, tolerance: f64, what: &str) {
         error <= tolerance,
         "{what} is {value}, expected {expected} within {tolerance} of it, but is off by {error}"
     );
+}
+
+/// Fails unless all particles of the reference are within `tolerance` [m] of those of the solver.
+#[track_caller]
+pub fn assert_follows(exact: &reference::World, fast: &World, tolerance: f64) {
+    for (body, exact) in fast.bodies.iter().zip(&exact.bodies) {
+        for (i, x) in exact.x.iter().enumerate() {
+            let off = body.particles.position(i).distance(*x);
+            assert!(
+                off <= tolerance,
+                "{}, tick {}, particle {i}: off by {off} m",
+                body.name,
+                fast.tick
+            );
+        }
+    }
 }
 
 /// One iteration over all constraints of an effect of a body, with substeps of `h` seconds. It
