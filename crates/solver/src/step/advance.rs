@@ -434,8 +434,8 @@ impl Stepper<'_> {
         let phases = Phases::new(tasks, partitions);
         let task_context = TaskContext::new(topology, self, friction, context);
         let shared = SharedBody::new(self);
-        // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
-        // all pieces of the one before are done.
+        // SAFETY: pieces of a phase share no particle and no constraint, and a piece begins when
+        // the phase before is done on its particles, which then have all earlier ones behind them.
         let work =
             |phase: &Phase, piece: usize| unsafe { task_context.work(&shared, phase, piece) };
         let serially =
