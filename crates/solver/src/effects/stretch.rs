@@ -147,10 +147,10 @@ pub(super) fn edge_row([a, b]: [Point; 2], rest_length: f32, compliance: f64) ->
 }
 
 /// Whether any edge is shorter than the first of these fractions of its rest length, or would be
-/// lengthened by a projection by more than the second, if any, now or at the position predicted by
-/// inertia for the next substep.
+/// lengthened by a projection by more than the second, now or at the position predicted by inertia
+/// for the next substep.
 pub(crate) fn any_short(
-    bounds: (f32, Option<f32>),
+    bounds: [f32; 2],
     kernel: &Kernel,
     particles: &Particles,
     instructions: Instructions,
@@ -160,7 +160,7 @@ pub(crate) fn any_short(
 }
 
 struct Short<'a> {
-    bounds: (f32, Option<f32>),
+    bounds: [f32; 2],
     kernel: &'a Kernel<'a>,
 }
 
@@ -172,7 +172,7 @@ impl Ask<2> for Short<'_> {
             alpha_per_length,
             ..
         } = self.kernel.coefficients;
-        let (crushed, tangled) = self.bounds;
+        let [crushed, tangled] = self.bounds;
         // Lanes without a constraint have a rest length of 0, and no edge is shorter.
         let rest_length = block.column(simd, &self.kernel.edges.rest_length);
         let d = difference(b, a);
@@ -180,9 +180,6 @@ impl Ask<2> for Short<'_> {
         let weight = a[3] + b[3];
         let given = rest_length * alpha_per_length + alpha;
         let crushed = length.simd_lt(rest_length * crushed);
-        let Some(tangled) = tangled else {
-            return crushed.any_true();
-        };
         let change = (rest_length - length) * weight;
         let tangled = change.simd_gt(rest_length * tangled * (weight + given));
         (crushed | tangled).any_true()

@@ -2,19 +2,10 @@
 
 use super::{Body, Past};
 use crate::{
-    Effects, Settings, Stitches, Topology,
-    contact::collider::SweptCollider,
-    contact::exit,
-    contact::pairs::Tangible,
-    force::Force,
-    force::Moment,
-    force::Mote,
-    force::VisitForces,
-    history::STEP_FRACTION,
-    repair::{Damage, ParticleAccess, Repairable},
-    rolling::GroundContact,
-    spin::Motion,
-    spin::is_free,
+    Effects, Settings, Stitches, Topology, contact::collider::SweptCollider, contact::exit,
+    contact::pairs::Tangible, force::Force, force::Moment, force::Mote, force::VisitForces,
+    history::STEP_FRACTION, repair::ParticleAccess, repair::Repairable, rolling::GroundContact,
+    spin::Motion, spin::is_free,
 };
 use glam::DVec3;
 use std::{cell::Cell, sync::Arc};
@@ -231,7 +222,7 @@ impl Body {
         let mut repair = std::mem::take(&mut self.repair);
         let topology = Arc::clone(&self.topology);
         if let Some(body) = Repairable::of(&self.effects, &topology, settings) {
-            repair.check(&body, settings.tick_seconds(), self, |_| Damage::ANY);
+            repair.check(&body, settings.tick_seconds(), self, |_| true);
             self.repair = repair;
         }
     }

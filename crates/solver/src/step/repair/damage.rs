@@ -25,29 +25,6 @@ pub const LOADED: f64 = 0.05;
 /// Cosine of the angle between the normals of a hinge that is folded over: 120°.
 const FOLDED: f64 = -0.5;
 
-/// Kinds of damage that a body may have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Damage {
-    /// Collapsed elements.
-    pub collapsed: bool,
-    /// Tangled hinges.
-    pub tangled: bool,
-}
-
-impl Damage {
-    /// None.
-    pub const NONE: Self = Self {
-        collapsed: false,
-        tangled: false,
-    };
-
-    /// Either kind.
-    pub const ANY: Self = Self {
-        collapsed: true,
-        tangled: true,
-    };
-}
-
 /// Repairable elements of a body, and the time constant.
 #[derive(Debug, Clone, Copy)]
 pub struct Repairable<'a> {
@@ -113,29 +90,16 @@ impl<'a> Repairable<'a> {
         }
     }
 
-    /// Damage that the body may have, in one pass over it, or two if it has any.
-    pub fn possible_damage(&self, particles: &Particles, instructions: Instructions) -> Damage {
+    /// Whether any element has collapsed or may be tangled, in one pass over the body.
+    pub fn may_be_damaged(&self, particles: &Particles, instructions: Instructions) -> bool {
         match self.elements {
-            Elements::Tetrahedra => Damage {
-                collapsed: volume::any_below(
-                    COLLAPSED as f32,
-                    self.topology,
-                    particles,
-                    instructions,
-                ),
-                tangled: false,
-            },
+            Elements::Tetrahedra => {
+                volume::any_below(COLLAPSED as f32, self.topology, particles, instructions)
+            }
             Elements::Edges(stretch, h) => {
                 let kernel = stretch.kernel(self.topology, h as f32);
-                let any = |tangled: Option<f64>| {
-                    let bounds = (CRUSHED as f32, tangled.map(|bound| bound as f32));
-                    stretch::any_short(bounds, &kernel, particles, instructions)
-                };
-                let either = any(Some(TANGLED));
-                Damage {
-                    collapsed: either && any(None),
-                    tangled: either,
-                }
+                let bounds = [CRUSHED, TANGLED].map(|bound| bound as f32);
+                stretch::any_short(bounds, &kernel, particles, instructions)
             }
         }
     }
@@ -185,28 +149,6 @@ impl<'a> Repairable<'a> {
             let compliance = stretch.compliance_of(length as f32) / (h * h);
             strain * weight / (weight + compliance).max(f64::MIN_POSITIVE)
         };
-        let rest = |corners: [u32; 4]| corners.map(|i| rest(self.topology, i));
-        let strain_of = |corners: [u32; 4]| {
-            let x = corners.map(|i| particles.position(i as usize));
-            if !is_folded(x) {
-                return None;
-            }
-            let rest = rest(corners);
-            let weights = corners.map(|i| particles.inverse_mass(i as usize));
-            let edges = [[0, 1], [0, 2], [1, 2], [0, 3], [1, 3]];
-            let strains = edges.map(|[a, b]| {
-                let (length, weight) = (rest[a].distance(rest[b]), weights[a] + weights[b]);
-                let strain = (x[a].distance(x[b]) - length).abs() / length;
-                projected(strain, length, weight)
-            });
-            let strain = strains.into_iter().fold(0.0, f64::max);
-            (strain > TANGLED && !is_folded(rest)).then_some(strain)
-        };
-        // Most sheets have no such hinge, and need no other pass.
-        let hinges = self.topology.hinges();
-        if !hinges.corners().any(|it| strain_of(it).is_some()) {
-            return 0.0;
-        }
         let (mut change, mut total) = (0.0, 0.0);
         self.each(|ends, length| {
             let [a, b] = [ends[0], ends[1]].map(|i| i as usize);
@@ -219,11 +161,23 @@ impl<'a> Repairable<'a> {
             return 0.0;
         }
         let (mut tangled, mut total) = (0.0, 0.0);
-        for corners in hinges.corners() {
-            let [a, b, ..] = rest(corners);
-            let length = a.distance(b);
+        for corners in self.topology.hinges().corners() {
+            let x = corners.map(|i| particles.position(i as usize));
+            let rest = corners.map(|i| rest(self.topology, i));
+            let weights = corners.map(|i| particles.inverse_mass(i as usize));
+            let length = rest[0].distance(rest[1]);
             total += length;
-            if strain_of(corners).is_some_and(|strain| visit(&corners, strain)) {
+            if !is_folded(x) || is_folded(rest) {
+                continue;
+            }
+            let edges = [[0, 1], [0, 2], [1, 2], [0, 3], [1, 3]];
+            let strains = edges.map(|[a, b]| {
+                let (length, weight) = (rest[a].distance(rest[b]), weights[a] + weights[b]);
+                let strain = (x[a].distance(x[b]) - length).abs() / length;
+                projected(strain, length, weight)
+            });
+            let strain = strains.into_iter().fold(0.0, f64::max);
+            if strain > TANGLED && visit(&corners, strain) {
                 tangled += length;
             }
         }
@@ -233,7 +187,5 @@ impl<'a> Repairable<'a> {
 
 fn is_folded(hinge: [DVec3; 4]) -> bool {
     let [a, b] = topology::hinges::normals(hinge);
-    let dot = a.dot(b);
-    // Most hinges are nearly flat, and need no roots.
-    dot < 0.0 && dot < FOLDED * a.length() * b.length()
+    a.dot(b) < FOLDED * a.length() * b.length()
 }

@@ -48,8 +48,8 @@
 mod damage;
 pub(crate) mod state;
 
+pub(crate) use damage::Repairable;
 pub use damage::{COLLAPSED, CRUSHED, LOADED, TANGLED};
-pub(crate) use damage::{Damage, Repairable};
 pub use state::Repair;
 
 use state::{Regions, UnderRepair};
@@ -125,24 +125,18 @@ impl ParticleAccess for Particles {
 impl Repair {
     /// Finds damaged elements, and those still under repair, in a tick of `seconds`.
     ///
-    /// An undamaged body is checked once per interval, for the damage that is `possible`.
+    /// An undamaged body is checked once per interval, if it `may_be_damaged`.
     pub(crate) fn check<M: ParticleAccess>(
         &mut self,
         body: &Repairable,
         seconds: f64,
         particles: &M,
-        possible: impl FnOnce(&M) -> Damage,
+        may_be_damaged: impl FnOnce(&M) -> bool,
     ) {
-        let Some(elapsed) = self.is_due(body.interval(), seconds) else {
-            return self.cool_down(seconds, false);
+        let elapsed = match self.is_due(body.interval(), seconds) {
+            Some(elapsed) if !self.is_empty() || may_be_damaged(particles) => elapsed,
+            due => return self.cool_down(seconds, due.is_some()),
         };
-        let possible = match self.is_empty() {
-            true => possible(particles),
-            false => Damage::ANY,
-        };
-        if possible == Damage::NONE {
-            return self.cool_down(seconds, true);
-        }
         let topology = body.topology;
         let mut repair = self.under.take().unwrap_or_default();
         repair.time = body.time;
@@ -154,24 +148,17 @@ impl Repair {
             return;
         }
         repair.drawn.resize(topology.particles(), false);
-        if repair.drawn.contains(&true) {
-            repair.find_regions(body);
-        } else {
-            repair.regions.clear();
-        }
+        repair.find_regions(body);
         let mut strains = std::mem::take(&mut repair.regions.strains);
         strains.clear();
         strains.resize(topology.particles(), 0.0_f32);
-        let mut tangled = 0.0;
-        if possible.tangled {
-            tangled = body.tangles(particles, |corners, strain| {
-                for &i in corners {
-                    let largest = &mut strains[i as usize];
-                    *largest = largest.max(strain as f32);
-                }
-                true
-            });
-        }
+        body.tangles(particles, |corners, strain| {
+            for &i in corners {
+                let largest = &mut strains[i as usize];
+                *largest = largest.max(strain as f32);
+            }
+            true
+        });
         for region in repair.regions.each() {
             let deviation =
                 || RegionMotion::of(region, particles).deviation(region, topology, particles);
@@ -186,25 +173,19 @@ impl Repair {
         let mut damaged = std::mem::take(&mut repair.regions.damaged);
         damaged.clear();
         damaged.resize(topology.particles(), false);
-        if possible.collapsed
-            && body.collapsed(particles, |corners| mark(&mut damaged, corners))
-                < body.min_collapsed()
-        {
+        if body.collapsed(particles, |corners| mark(&mut damaged, corners)) < body.min_collapsed() {
             damaged.fill(false);
         }
-        let lasting = || body.tangles(particles, |corners, _| repair.has_lasted(corners));
-        if tangled >= MIN_TANGLED_LENGTH && lasting() >= MIN_TANGLED_LENGTH {
+        if body.tangles(particles, |corners, _| repair.has_lasted(corners)) >= MIN_TANGLED_LENGTH {
             for (damaged, &strain) in damaged.iter_mut().zip(&strains) {
                 *damaged |= strain > 0.0;
             }
         }
-        if damaged.contains(&true) {
-            body.each(|corners, _| {
-                if corners.iter().any(|&i| damaged[i as usize]) {
-                    mark(&mut repair.drawn, corners);
-                }
-            });
-        }
+        body.each(|corners, _| {
+            if corners.iter().any(|&i| damaged[i as usize]) {
+                mark(&mut repair.drawn, corners);
+            }
+        });
         repair.regions.damaged = damaged;
         repair.regions.strains = strains;
         if repair.drawn.contains(&true) {
@@ -490,7 +471,7 @@ impl Stepper<'_> {
         let seconds = settings.tick_seconds();
         let mut repair = std::mem::take(&mut self.particles.repair);
         repair.check(&body, seconds, &*self.particles, |particles| {
-            body.possible_damage(particles, context.instructions)
+            body.may_be_damaged(particles, context.instructions)
         });
         self.particles.repair = repair;
     }
