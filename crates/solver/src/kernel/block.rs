@@ -216,20 +216,21 @@ pub(crate) trait Ask<const N: usize> {
     fn holds<L: Lanes>(&self, simd: L, block: &Block<N>, x: &[Columns<L>; N]) -> bool;
 }
 
-/// Whether the predicate is true for any constraint, now or at the position predicted by inertia
-/// for the next substep.
+/// Whether the predicate is true for any constraint, with the particles at their `positions`
+/// displaced by `offsets`: displacements for the position predicted by inertia for the next
+/// substep, carries for the current one.
 ///
 /// # Panics
 /// If there are fewer particles than the constraints require.
 pub(crate) fn any<const N: usize>(
     elements: &Elements<N>,
-    particles: &Particles,
+    (positions, offsets): (&[Vec4], &[Vec4]),
     instructions: Instructions,
     ask: &impl Ask<N>,
 ) -> bool {
-    let count = particles.len();
+    let count = positions.len();
     assert!(
-        particles.displacements.len() == count && particles.carry.len() == count,
+        offsets.len() == count,
         "particles have columns of different lengths"
     );
     let reach = elements.batches().iter().map(|it| it.particles().end);
@@ -241,9 +242,9 @@ pub(crate) fn any<const N: usize>(
     instructions.run(Questioned {
         elements,
         origins: Origins {
-            positions: particles.positions.as_ptr(),
-            displacements: particles.displacements.as_ptr().cast_mut(),
-            carry: particles.carry.as_ptr(),
+            positions: positions.as_ptr(),
+            displacements: offsets.as_ptr().cast_mut(),
+            carry: offsets.as_ptr(),
         },
         ask,
         found: &mut found,
@@ -452,17 +453,17 @@ impl<B, const N: usize> Pass<'_, B, N> {
     /// scatter, which waits for them, fills the schedulers of a core before the next gather. Blocks
     /// of a color share no particle, so that no bit depends on it.
     #[inline(always)]
-    fn overlapped<L: Lanes>(
-        &self,
-        simd: L,
-        mut project: impl FnMut(&Block<N>) -> [Vectors<L>; N],
-    ) {
+    fn overlapped<L: Lanes>(&self, simd: L, mut project: impl FnMut(&Block<N>) -> [Vectors<L>; N]) {
         for (mut first, group) in self.elements.groups(self.batch) {
             let (full, rest) = group.as_chunks::<WIDTH>();
             let mut before = None;
             for corners in full {
                 let lanes = WIDTH;
-                let moves = project(&Block { corners, first, lanes });
+                let moves = project(&Block {
+                    corners,
+                    first,
+                    lanes,
+                });
                 if let Some((corners, moves)) = before.replace((corners, moves)) {
                     self.scatter(simd, corners, moves, WIDTH);
                 }

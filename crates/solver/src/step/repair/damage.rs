@@ -3,7 +3,7 @@
 use super::{MIN_COLLAPSED_LENGTH, MIN_COLLAPSED_VOLUME, ParticleAccess, rest};
 use crate::{
     Effects, Instructions, Method, Particles, Settings, Stretch, Topology,
-    effects::{stretch, volume},
+    effects::{bend, stretch, volume},
     elastic::Elastic,
     topology::{self, Dimension},
 };
@@ -102,6 +102,23 @@ impl<'a> Repairable<'a> {
                 stretch::any_short(bounds, &kernel, particles, instructions)
             }
         }
+    }
+
+    /// Whether an element has collapsed, or a hinge is folded over: without either, no element
+    /// counts as damaged. Exact to the safe side, and in lanes: an edge that may be tangled, of which
+    /// most sheets in motion have some, is rarely part of a fold.
+    pub fn may_need_repair(&self, particles: &Particles, instructions: Instructions) -> bool {
+        let Elements::Edges(stretch, h) = self.elements else {
+            return true;
+        };
+        let kernel = stretch.kernel(self.topology, h as f32);
+        stretch::any_crushed(CRUSHED as f32, &kernel, particles, instructions)
+            || bend::any_folded(
+                FOLDED as f32,
+                self.topology.hinges(),
+                particles,
+                instructions,
+            )
     }
 
     /// Minimum collapsed fraction of the body for a repair to begin.
