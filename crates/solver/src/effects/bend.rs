@@ -8,8 +8,8 @@ use crate::{
     kernel::block::{
         Ask, Block, Blocks, LaneRow, Projected, any, cross, difference, dot, solve_rows,
     },
-    lanes::{Columns, Instructions, Lanes, Vectors, arc_tangent},
-    order::Elements,
+    lanes::{Columns, Instructions, Lanes, Vectors, WIDTH, arc_tangent},
+    order::{Corner, Elements},
     topology::{
         Hinges,
         hinges::{angle, normals},
@@ -157,36 +157,46 @@ fn gradients(x: [DVec3; 4], [min_normal, min_edge]: [f64; 2]) -> [DVec3; 4] {
     ]
 }
 
-/// Whether the cosine of the angle between the normals of any hinge is below `cosine`, which is not
-/// positive, or so close to it that single precision cannot tell; degenerate hinges count as well.
+/// Whether `counts` holds for the particles of any of the hinges whose normals have an angle with a
+/// cosine below `cosine`, which is not positive, or so close to it that single precision cannot
+/// tell; degenerate hinges are among them.
 pub(crate) fn any_folded(
     cosine: f32,
     hinges: &Hinges,
     particles: &Particles,
     instructions: Instructions,
+    counts: impl Fn([u32; 4]) -> bool,
 ) -> bool {
     let now = (&particles.positions[..], &particles.carry[..]);
-    any(&hinges.elements, now, instructions, &Folded { cosine })
+    let folded = Folded { cosine, counts };
+    any(&hinges.elements, now, instructions, &folded)
 }
 
 /// Bound of the rounding error of n₁·n₂ − cos θ ‖n₁‖‖n₂‖ relative to ‖e‖²‖a‖‖b‖, where n₁ = e × a
 /// and n₂ = b × e: each of the two terms has less than 40 roundings of 2⁻²⁴, in all 5e-6.
 const FOLD_ERROR: f32 = 1e-5;
 
-struct Folded {
+struct Folded<F> {
     cosine: f32,
+    counts: F,
 }
 
-impl Ask<4> for Folded {
+impl<F: Fn([u32; 4]) -> bool> Ask<4> for Folded<F> {
     #[inline(always)]
-    fn holds<L: Lanes>(&self, _: L, _: &Block<4>, x: &[Columns<L>; 4]) -> bool {
+    fn holds<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4]) -> bool {
         let edge = difference(&x[1], &x[0]);
         let (first, second) = (difference(&x[2], &x[0]), difference(&x[3], &x[0]));
         let (n1, n2) = (cross(&edge, &first), cross(&second, &edge));
         let bound = (dot(&n1, &n1) * dot(&n2, &n2)).sqrt() * self.cosine;
         let size = dot(&edge, &edge) * (dot(&first, &first) * dot(&second, &second)).sqrt();
         let is_open = (dot(&n1, &n2) - bound).simd_gt(size * FOLD_ERROR);
-        is_open.any_false()
+        if !is_open.any_false() {
+            return false;
+        }
+        let is_open = is_open.select(f32x8::splat(simd, 1.0), f32x8::splat(simd, 0.0));
+        let lanes = block.corners.iter().zip(<[f32; WIDTH]>::from(is_open));
+        let mut folded = lanes.filter(|&(_, is_open)| is_open == 0.0);
+        folded.any(|(corners, _)| (self.counts)(corners.map(Corner::particle)))
     }
 }
 
