@@ -41,7 +41,8 @@
 //! can hold elements inverted) until the body has been without repair for ten times as long.
 //!
 //! Cost for a body without damage: one pass per tick over its tetrahedra, or per repair time (every
-//! third tick by default) over its edges; none with a repair time of ∞. Not for plastic bodies,
+//! third tick by default) over its edges, and if one of these may be tangled, another over edges and
+//! hinges, in lanes; none with a repair time of ∞. Not for plastic bodies,
 //! whose rest positions are not their equilibrium, and not for [`NeoHookean`](crate::NeoHookean),
 //! which recovers by its own forces.
 
