@@ -156,7 +156,22 @@ pub(crate) fn any_short(
     instructions: Instructions,
 ) -> bool {
     let short = Short { bounds, kernel };
-    any(&kernel.edges.elements, particles, instructions, &short)
+    let predicted = (&particles.positions[..], &particles.displacements[..]);
+    any(&kernel.edges.elements, predicted, instructions, &short)
+}
+
+/// Whether any edge is shorter than a fraction of its rest length now; edges within a thousandth of
+/// it count as shorter, because lengths are computed in single precision.
+pub(crate) fn any_crushed(
+    fraction: f32,
+    kernel: &Kernel,
+    particles: &Particles,
+    instructions: Instructions,
+) -> bool {
+    let bounds = [fraction * 1.001, f32::INFINITY];
+    let now = (&particles.positions[..], &particles.carry[..]);
+    let short = Short { bounds, kernel };
+    any(&kernel.edges.elements, now, instructions, &short)
 }
 
 struct Short<'a> {

@@ -114,7 +114,7 @@ pub(crate) fn any_below(
     let tetrahedra = &topology.tetrahedra;
     any(
         &tetrahedra.elements,
-        particles,
+        (&particles.positions, &particles.displacements),
         instructions,
         &Below {
             fraction,

@@ -216,20 +216,21 @@ pub(crate) trait Ask<const N: usize> {
     fn holds<L: Lanes>(&self, simd: L, block: &Block<N>, x: &[Columns<L>; N]) -> bool;
 }
 
-/// Whether the predicate is true for any constraint, now or at the position predicted by inertia
-/// for the next substep.
+/// Whether the predicate is true for any constraint, with the particles at their `positions`
+/// displaced by `offsets`: displacements for the position predicted by inertia for the next
+/// substep, carries for the current one.
 ///
 /// # Panics
 /// If there are fewer particles than the constraints require.
 pub(crate) fn any<const N: usize>(
     elements: &Elements<N>,
-    particles: &Particles,
+    (positions, offsets): (&[Vec4], &[Vec4]),
     instructions: Instructions,
     ask: &impl Ask<N>,
 ) -> bool {
-    let count = particles.len();
+    let count = positions.len();
     assert!(
-        particles.displacements.len() == count && particles.carry.len() == count,
+        offsets.len() == count,
         "particles have columns of different lengths"
     );
     let reach = elements.batches().iter().map(|it| it.particles().end);
@@ -241,9 +242,9 @@ pub(crate) fn any<const N: usize>(
     instructions.run(Questioned {
         elements,
         origins: Origins {
-            positions: particles.positions.as_ptr(),
-            displacements: particles.displacements.as_ptr().cast_mut(),
-            carry: particles.carry.as_ptr(),
+            positions: positions.as_ptr(),
+            displacements: offsets.as_ptr().cast_mut(),
+            carry: offsets.as_ptr(),
         },
         ask,
         found: &mut found,
@@ -351,11 +352,11 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWo
 {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        self.0.each::<M>(
+        let Self(pass) = self;
+        pass.overlapped(
+            simd,
             #[inline(always)]
-            |pass, block| {
-                pass.project::<L, M, DAMPED>(simd, block, None);
-            },
+            |block| pass.project::<L, M, DAMPED>(simd, block, None).moves,
         );
     }
 }
@@ -367,14 +368,17 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWo
     fn run<L: Lanes>(self, simd: L) {
         let Self(pass, multipliers) = self;
         let offset = pass.batch.constraints().start;
-        pass.each::<M>(
+        pass.overlapped(
+            simd,
             #[inline(always)]
-            |pass, block| {
+            |block| {
                 let start = (block.first - offset) * M;
                 let part = &mut multipliers[start..start + block.lanes * M];
                 let lambda = load_rows::<L, M>(simd, part);
-                let change = pass.project::<L, M, DAMPED>(simd, block, Some(lambda));
+                let Projected { moves, change } =
+                    pass.project::<L, M, DAMPED>(simd, block, Some(lambda));
                 store_rows(part, lambda, change);
+                moves
             },
         );
     }
@@ -443,6 +447,56 @@ impl<B, const N: usize> Pass<'_, B, N> {
         }
     }
 
+    /// Block by block, where `project` gives the corrections of a block. Those of a block are
+    /// applied after the next one is projected, unless that has another color: roots and divisions
+    /// of one block take as long as everything else of another, and the two overlap. Otherwise the
+    /// scatter, which waits for them, fills the schedulers of a core before the next gather. Blocks
+    /// of a color share no particle, so that no bit depends on it.
+    #[inline(always)]
+    fn overlapped<L: Lanes>(&self, simd: L, mut project: impl FnMut(&Block<N>) -> [Vectors<L>; N]) {
+        for (mut first, group) in self.elements.groups(self.batch) {
+            let (full, rest) = group.as_chunks::<WIDTH>();
+            let mut before = None;
+            for corners in full {
+                let lanes = WIDTH;
+                let moves = project(&Block {
+                    corners,
+                    first,
+                    lanes,
+                });
+                if let Some((corners, moves)) = before.replace((corners, moves)) {
+                    self.scatter(simd, corners, moves, WIDTH);
+                }
+                first += WIDTH;
+            }
+            if let Some((corners, moves)) = before {
+                self.scatter(simd, corners, moves, WIDTH);
+            }
+            padded(
+                (first, rest),
+                #[inline(always)]
+                |block| {
+                    let moves = project(block);
+                    self.scatter(simd, block.corners, moves, block.lanes);
+                },
+            );
+        }
+    }
+
+    /// Applies the corrections of the first `lanes` constraints of a block.
+    #[inline(always)]
+    fn scatter<L: Lanes>(
+        &self,
+        simd: L,
+        corners: &[[Corner; N]; WIDTH],
+        moves: [Vectors<L>; N],
+        lanes: usize,
+    ) {
+        let Origins { displacements, .. } = self.origins;
+        // SAFETY: the block is one of the batch, whose displacements can be written there.
+        unsafe { scatter_add(simd, displacements, corners, moves, 0.0, lanes) };
+    }
+
     /// Projects the constraints of a block of the batch.
     #[inline(always)]
     fn project<L: Lanes, const M: usize, const DAMPED: bool>(
@@ -450,19 +504,15 @@ impl<B, const N: usize> Pass<'_, B, N> {
         simd: L,
         block: &Block<N>,
         lambda: Option<[f32x8<L>; M]>,
-    ) -> [f32x8<L>; M]
+    ) -> Projected<L, N, M>
     where
         B: Blocks<N, M>,
     {
-        let Origins { displacements, .. } = self.origins;
         // SAFETY: the block is one of the batch, whose particles can be read there.
         let gathered = unsafe { gather::<L, N, DAMPED>(simd, self.origins, block.corners) };
         let Gathered { shape, motion } = gathered;
         let moved = DAMPED.then_some(&motion);
-        let Projected { moves, change } = self.blocks.project(simd, block, &shape, moved, lambda);
-        // SAFETY: as above; and displacements can be written there.
-        unsafe { scatter_add(simd, displacements, block.corners, moves, 0.0, block.lanes) };
-        change
+        self.blocks.project(simd, block, &shape, moved, lambda)
     }
 
     /// The same, with corrections applied according to `target`.

@@ -222,7 +222,8 @@ impl Body {
         let mut repair = std::mem::take(&mut self.repair);
         let topology = Arc::clone(&self.topology);
         if let Some(body) = Repairable::of(&self.effects, &topology, settings) {
-            repair.check(&body, settings.tick_seconds(), self, |_| true);
+            let always = |_: &Self| true;
+            repair.check(&body, settings.tick_seconds(), self, (always, always));
             self.repair = repair;
         }
     }

@@ -3,7 +3,7 @@
 use super::{MIN_COLLAPSED_LENGTH, MIN_COLLAPSED_VOLUME, ParticleAccess, rest};
 use crate::{
     Effects, Instructions, Method, Particles, Settings, Stretch, Topology,
-    effects::{stretch, volume},
+    effects::{bend, stretch, volume},
     elastic::Elastic,
     topology::{self, Dimension},
 };
@@ -104,6 +104,24 @@ impl<'a> Repairable<'a> {
         }
     }
 
+    /// Whether an element has collapsed, or a hinge is tangled: without either, no element counts as
+    /// damaged. In lanes, and exact to the safe side: most sheets in motion have an edge that may be
+    /// tangled, but few of their hinges are folded over.
+    pub fn may_need_repair(&self, particles: &Particles, instructions: Instructions) -> bool {
+        let Elements::Edges(stretch, h) = self.elements else {
+            return true;
+        };
+        let kernel = stretch.kernel(self.topology, h as f32);
+        stretch::any_crushed(CRUSHED as f32, &kernel, particles, instructions)
+            || bend::any_folded(
+                FOLDED as f32,
+                self.topology.hinges(),
+                particles,
+                instructions,
+                |corners| self.tangle((&stretch, h), corners, particles).is_some(),
+            )
+    }
+
     /// Minimum collapsed fraction of the body for a repair to begin.
     pub const fn min_collapsed(&self) -> f64 {
         match self.elements {
@@ -145,16 +163,13 @@ impl<'a> Repairable<'a> {
         let Elements::Edges(stretch, h) = self.elements else {
             return 0.0;
         };
-        let projected = |strain: f64, length: f64, weight: f64| {
-            let compliance = stretch.compliance_of(length as f32) / (h * h);
-            strain * weight / (weight + compliance).max(f64::MIN_POSITIVE)
-        };
+        let stretch = (&stretch, h);
         let (mut change, mut total) = (0.0, 0.0);
         self.each(|ends, length| {
             let [a, b] = [ends[0], ends[1]].map(|i| i as usize);
             let weight = particles.inverse_mass(a) + particles.inverse_mass(b);
             let error = particles.position(a).distance(particles.position(b)) - length;
-            change += projected(error, length, weight);
+            change += projected(stretch, error, length, weight);
             total += length;
         });
         if change > LOADED * total {
@@ -162,27 +177,47 @@ impl<'a> Repairable<'a> {
         }
         let (mut tangled, mut total) = (0.0, 0.0);
         for corners in self.topology.hinges().corners() {
-            let x = corners.map(|i| particles.position(i as usize));
-            let rest = corners.map(|i| rest(self.topology, i));
-            let weights = corners.map(|i| particles.inverse_mass(i as usize));
-            let length = rest[0].distance(rest[1]);
+            let [a, b, ..] = corners.map(|i| rest(self.topology, i));
+            let length = a.distance(b);
             total += length;
-            if !is_folded(x) || is_folded(rest) {
-                continue;
-            }
-            let edges = [[0, 1], [0, 2], [1, 2], [0, 3], [1, 3]];
-            let strains = edges.map(|[a, b]| {
-                let (length, weight) = (rest[a].distance(rest[b]), weights[a] + weights[b]);
-                let strain = (x[a].distance(x[b]) - length).abs() / length;
-                projected(strain, length, weight)
-            });
-            let strain = strains.into_iter().fold(0.0, f64::max);
-            if strain > TANGLED && visit(&corners, strain) {
+            if let Some(strain) = self.tangle(stretch, corners, particles)
+                && visit(&corners, strain)
+            {
                 tangled += length;
             }
         }
         if tangled > 0.0 { tangled / total } else { 0.0 }
     }
+
+    /// Largest strain that a projection would remove from an edge of a hinge, if it is tangled.
+    fn tangle(
+        &self,
+        stretch: (&Stretch, f64),
+        corners: [u32; 4],
+        particles: &impl ParticleAccess,
+    ) -> Option<f64> {
+        let x = corners.map(|i| particles.position(i as usize));
+        let rest = corners.map(|i| rest(self.topology, i));
+        if !is_folded(x) || is_folded(rest) {
+            return None;
+        }
+        let weights = corners.map(|i| particles.inverse_mass(i as usize));
+        let edges = [[0, 1], [0, 2], [1, 2], [0, 3], [1, 3]];
+        let strains = edges.map(|[a, b]| {
+            let (length, weight) = (rest[a].distance(rest[b]), weights[a] + weights[b]);
+            let strain = (x[a].distance(x[b]) - length).abs() / length;
+            projected(stretch, strain, length, weight)
+        });
+        let strain = strains.into_iter().fold(0.0, f64::max);
+        (strain > TANGLED).then_some(strain)
+    }
+}
+
+/// The part of a strain that a projection in a substep of `h` seconds would remove from an edge
+/// with this rest length [m] and sum of inverse masses [1/kg].
+fn projected((stretch, h): (&Stretch, f64), strain: f64, length: f64, weight: f64) -> f64 {
+    let compliance = stretch.compliance_of(length as f32) / (h * h);
+    strain * weight / (weight + compliance).max(f64::MIN_POSITIVE)
 }
 
 fn is_folded(hinge: [DVec3; 4]) -> bool {

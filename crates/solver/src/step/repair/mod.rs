@@ -41,7 +41,8 @@
 //! can hold elements inverted) until the body has been without repair for ten times as long.
 //!
 //! Cost for a body without damage: one pass per tick over its tetrahedra, or per repair time (every
-//! third tick by default) over its edges; none with a repair time of ∞. Not for plastic bodies,
+//! third tick by default) over its edges, and if one of these may be tangled, another over edges and
+//! hinges, in lanes; none with a repair time of ∞. Not for plastic bodies,
 //! whose rest positions are not their equilibrium, and not for [`NeoHookean`](crate::NeoHookean),
 //! which recovers by its own forces.
 
@@ -125,13 +126,13 @@ impl ParticleAccess for Particles {
 impl Repair {
     /// Finds damaged elements, and those still under repair, in a tick of `seconds`.
     ///
-    /// An undamaged body is checked once per interval, if it `may_be_damaged`.
+    /// An undamaged body is checked once per interval, if it `may_be_damaged` and `may_need_repair`.
     pub(crate) fn check<M: ParticleAccess>(
         &mut self,
         body: &Repairable,
         seconds: f64,
         particles: &M,
-        may_be_damaged: impl FnOnce(&M) -> bool,
+        (may_be_damaged, may_need_repair): (impl FnOnce(&M) -> bool, impl FnOnce(&M) -> bool),
     ) {
         let elapsed = match self.is_due(body.interval(), seconds) {
             Some(elapsed) if !self.is_empty() || may_be_damaged(particles) => elapsed,
@@ -144,6 +145,13 @@ impl Repair {
             repair.spent = 2.0 * MAX_REPAIR_TIME * body.time;
             repair.drawn.clear();
             repair.regions.clear();
+            self.under = Some(repair);
+            return;
+        }
+        if repair.drawn.is_empty() && !may_need_repair(particles) {
+            repair.tangled.clear();
+            repair.regions.clear();
+            repair.cool_down(seconds);
             self.under = Some(repair);
             return;
         }
@@ -470,9 +478,12 @@ impl Stepper<'_> {
         };
         let seconds = settings.tick_seconds();
         let mut repair = std::mem::take(&mut self.particles.repair);
-        repair.check(&body, seconds, &*self.particles, |particles| {
-            body.may_be_damaged(particles, context.instructions)
-        });
+        let instructions = context.instructions;
+        let questions = (
+            |particles: &Particles| body.may_be_damaged(particles, instructions),
+            |particles: &Particles| body.may_need_repair(particles, instructions),
+        );
+        repair.check(&body, seconds, &*self.particles, questions);
         self.particles.repair = repair;
     }
 
