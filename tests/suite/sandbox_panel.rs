@@ -578,7 +578,7 @@ fn every_button_makes_its_request() {
         choices: &["Euler", "BDF2"],
         ..parameter("order", "", Track::new(1.0..=2.0, Spread::Integer), 1.0)
     });
-    let mut pointer = Pointer::new(panel, (size + Vec2::new(0.0, 200.0), scale));
+    let mut pointer = Pointer::new(panel, (size + Vec2::new(0.0, 240.0), scale));
     for (name, request) in wanted {
         assert_eq!(pointer.press_widget(name), [request], "{name}");
     }

@@ -120,6 +120,9 @@ pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) 
         for parameter in parameters {
             parameter_row(ui, panel, effect, parameter);
         }
+        if let Some(group) = effect.group.as_ref().filter(|_| whole) {
+            group_row(ui, panel, group);
+        }
         ui.add_space(3.0);
     }
     any

@@ -12,7 +12,7 @@ use std::{fmt, sync::Arc};
 const MAX_BYTES: usize = 31;
 
 /// Maximum number of groups of a body: one for each bit of a `u32`.
-pub const MAX_GROUPS: usize = u32::BITS as usize;
+pub(super) const MAX_GROUPS: usize = u32::BITS as usize;
 
 /// The name of a group of vertices: at most 31 bytes of UTF-8 without control characters. The empty
 /// name, the default, stands for the whole body.

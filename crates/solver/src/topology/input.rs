@@ -1,8 +1,7 @@
 //! Validation of rest shapes.
 
 use super::{
-    GroupName,
-    groups::MAX_GROUPS,
+    groups::{GroupName, MAX_GROUPS},
     index::{ParticleIndex, VertexIndex},
     numbering::Numbering,
     rest_shape::RestShape,

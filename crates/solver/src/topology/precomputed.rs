@@ -1,8 +1,9 @@
 //! The immutable part of a body, and its construction from a rest shape.
 
 use super::{
-    Cotangents, Dimension, Edges, Enclosure, Facets, Frames, Group, GroupName, Groups, Hinges,
-    Identity, LeftOut, NotClosed, Surface, Tetrahedra, bounds,
+    Cotangents, Dimension, Edges, Enclosure, Facets, Frames, Hinges, Identity, LeftOut, NotClosed,
+    Surface, Tetrahedra, bounds,
+    groups::{Group, GroupName, Groups},
     id::TopologyId,
     index::{ParticleIndex, VertexIndex},
     input::{

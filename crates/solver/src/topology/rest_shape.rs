@@ -1,6 +1,6 @@
 //! Input of a [`Topology`](crate::Topology).
 
-use super::Group;
+use super::groups::Group;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
