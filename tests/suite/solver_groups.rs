@@ -117,7 +117,7 @@ fn the_weight_is_that_of_the_box_within_the_group() {
         }),
     );
     for (i, (whole, part)) in (0..81).zip(whole.iter().zip(&part)) {
-        let is_in = topology.vertex(i).0 % 3 != 0;
+        let is_in = !topology.vertex(i).0.is_multiple_of(3);
         assert_eq!(*part, if is_in { *whole } else { 0.0 }, "particle {i}");
     }
     assert!(part.iter().any(|weight| (0.1..0.9).contains(weight)));
