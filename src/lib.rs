@@ -69,7 +69,7 @@
 //! | [`Turbulence`](effect::Turbulence) | air in random motion | speed m/s, eddies m, rate and coupling 1/s |
 //! | [`Wind`](effect::Wind) | drag and lift on the triangles of the surface | wind and gusts m/s, density kg/m³, C_D, C_L |
 //! | [`Drag`](effect::Drag) | drag of a medium at rest | linear 1/s, quadratic 1/m |
-//! | [`ForceMask`](effect::ForceMask) | limits force fields to a part of the body, by places at rest | limits and transition as fractions of the bounding box |
+//! | [`ForceMask`](effect::ForceMask) | limits force fields to a part of the body, by places at rest and a group of vertices | limits and transition as fractions of the bounding box, name of a group |
 //! | [`NeoHookean`](effect::NeoHookean) | stable neo-Hookean tetrahedra | E Pa, ν, damping s |
 //! | [`Membrane`](effect::Membrane) | Green's strain of triangles, isotropic | E Pa, ν, thickness m, damping s |
 //! | [`Weave`](effect::Weave) | Green's strain of triangles along warp, weft and bias | compliances m/N, damping s |

@@ -21,7 +21,7 @@ pub use crate::{
         SoftBodyBuilder, SoftBodyHit, SoftBodyQueries,
     },
     solver::{
-        Body, ColliderMesh, ColliderShape, Compliance, Density, Height, Iterations, Particles,
-        Path, Pose, Rate, RestShape, Settings, Stiffness, Topology, VertexIndex,
+        Body, ColliderMesh, ColliderShape, Compliance, Density, GroupName, Height, Iterations,
+        Particles, Path, Pose, Rate, RestShape, Settings, Stiffness, Topology, VertexIndex,
     },
 };

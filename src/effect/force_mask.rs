@@ -3,15 +3,14 @@
 use super::{Effect, Parameter, Scale, parameter};
 use crate::{
     simulation::{SoftBody, plain},
-    solver::{ForceKind, ForceMask, Fraction, Settings},
+    solver::{ForceKind, ForceMask, Fraction, GroupName, Settings},
 };
 use bevy::prelude::*;
 
 impl Effect for ForceMask {
     const NAME: &'static str = "force_mask";
     const TITLE: &'static str = "Force mask";
-    const SUMMARY: &'static str =
-        "Limits the force fields of the body to a part of it, by places at rest.";
+    const SUMMARY: &'static str = "Limits the force fields of the body to a part of it, by places at rest and a group of vertices.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(low_x: Fraction, "From x", "", "Lower limit along x, as a fraction of the bounding box at rest.", (0.0, 1.0), Scale::Linear),
         parameter!(low_y: Fraction, "From y", "", "Lower limit along y (up), as a fraction of the bounding box at rest.", (0.0, 1.0), Scale::Linear),
@@ -35,13 +34,31 @@ impl Effect for ForceMask {
     }
 
     fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
-        let has_grains = !body.get::<SoftBody>()?.radii.is_empty();
-        let reason = "it needs a shape at rest that can be divided; grains have none, and forces act \
-                      on all of them";
-        has_grains.then(|| reason.to_owned())
+        let topology = &body.get::<SoftBody>()?.0;
+        if !topology.radii.is_empty() {
+            let reason = "it needs a shape at rest that can be divided; grains have none, and forces \
+                          act on all of them";
+            return Some(reason.to_owned());
+        }
+        let group = body.get::<Self>()?.group;
+        if group.is_empty() || topology.groups.contains(group) {
+            return None;
+        }
+        let names = topology.groups.names().iter().map(GroupName::as_str);
+        let names: Vec<_> = names.collect();
+        let has = match names.is_empty() {
+            true => "the body has none".to_owned(),
+            false => format!("expected one of: {}", names.join(", ")),
+        };
+        Some(format!(
+            "no force acts, as there is no group “{group}”; {has}"
+        ))
     }
 
-    fn note(&self, body: &EntityRef, _: &Settings) -> Option<String> {
+    fn note(&self, body: &EntityRef, settings: &Settings) -> Option<String> {
+        if let Some(reason) = Self::unfit(body, settings) {
+            return Some(format!("Does nothing: {reason}."));
+        }
         let effects = plain::effects(*body);
         if !ForceKind::ALL.into_iter().any(|it| effects.has_force(it)) {
             return Some("Does nothing: the body carries no force field.".to_owned());

@@ -9,8 +9,8 @@ use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of the format. Version 2 added `Early`, version 3 `State`, version 4 the actions on pins,
-/// patches and colliders; earlier ones are still read.
-pub const VERSION: u32 = 4;
+/// patches and colliders, version 5 that on the group of a force mask; earlier ones are still read.
+pub const VERSION: u32 = 5;
 
 /// The header line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

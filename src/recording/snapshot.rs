@@ -81,8 +81,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 17 stores the turning ends of rods.
-const VERSION: u32 = 17;
+/// Other versions are not read. Version 18 stores groups of vertices.
+const VERSION: u32 = 18;
 const HEAD: usize = 28;
 
 impl Snapshot {

@@ -1,9 +1,10 @@
 //! Builds a plain world from a scene, with the skins of its bodies.
 
 use super::{
-    Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, PartBounds, Pins,
-    Region, ScalpSpec, Scene, SceneError, ShapeSpec, asset,
-    stitches::{join, roots, stitches},
+    Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, PartBounds, Region,
+    ScalpSpec, Scene, SceneError, ShapeSpec, asset,
+    select::{add_groups, check_group, select},
+    stitches::{join, stitches},
     substeps::{choose, is_automatic},
 };
 use crate::{
@@ -12,15 +13,12 @@ use crate::{
     simulation::SpawnOrders,
     solver::{
         Body, Collider, ColliderMesh, ColliderShape, Cut, Effects, InvalidValue, MAX_COORDINATE,
-        ParticleIndex, Pose, RestShape, RodShape, Topology, VertexIndex, World,
-        contact::rotation_degrees,
-        deform::deform,
-        direct, measure,
-        topology::{Dimension, bounds},
+        Pose, RestShape, RodShape, Topology, VertexIndex, World, contact::rotation_degrees,
+        deform::deform, direct, measure, topology::Dimension,
     },
     suggestion::similar,
 };
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::{path::PathBuf, sync::Arc};
 
@@ -132,10 +130,20 @@ impl Scene {
     /// Builds the mesh of a body.
     fn body_mesh(&self, spec: &BodySpec) -> Result<BodyMesh, SceneError> {
         check_numbers(spec)?;
-        let mesh = self.soft_mesh(spec)?;
-        let topology = Topology::new(mesh.shape).map_err(|error| SceneError::Topology {
+        let mut mesh = self.soft_mesh(spec)?;
+        let shape = std::mem::take(&mut mesh.shape);
+        let mut topology = Topology::new(shape).map_err(|error| SceneError::Topology {
             body: spec.name.clone(),
             error,
+        })?;
+        let SoftMesh {
+            skin,
+            points,
+            notes,
+            ..
+        } = mesh;
+        add_groups(spec, &mut topology, |part| {
+            self.part_vertices(spec, part, skin.as_ref(), &points)
         })?;
         if spec.effects.pressure.is_some()
             && let Err(reason) = topology.enclosure()
@@ -144,8 +152,8 @@ impl Scene {
         }
         Ok(BodyMesh {
             topology: Arc::new(topology),
-            skin: mesh.skin.map(Arc::new),
-            notes: mesh.notes,
+            skin: skin.map(Arc::new),
+            notes,
         })
     }
 
@@ -339,6 +347,44 @@ impl Scene {
         mesh::build(mesh, &options)
     }
 
+    fn parts(&self, file: &str) -> Result<Parts, mesh::MeshError> {
+        if is_path(file) {
+            Parts::of_file(&self.folder.join(file))
+        } else {
+            asset::parts(file)
+        }
+    }
+
+    /// The vertices of a body that a part of its mesh file became, which has these skin and points.
+    fn part_vertices(
+        &self,
+        spec: &BodySpec,
+        part: &str,
+        skin: Option<&Skin>,
+        points: &[Option<u32>],
+    ) -> Result<Vec<VertexIndex>, String> {
+        let Some(mesh) = &spec.mesh else {
+            return Err("Part: the body is not of a mesh file, which could have parts".to_owned());
+        };
+        let wrong = |error: mesh::MeshError| error.to_string();
+        let parts = self.parts(&mesh.file).map_err(wrong)?;
+        let vertices = parts.vertices(part).map_err(wrong)?;
+        let body_part = mesh.part.as_deref().map(|name| parts.vertices(name));
+        let body_part = body_part.transpose().map_err(wrong)?;
+        // The body may itself be a part, which has only its own vertices, in the same order.
+        let own = |vertex: u32| match &body_part {
+            None => Some(vertex as usize),
+            Some(all) => all.binary_search(&vertex).ok(),
+        };
+        let points = vertices.into_iter().filter_map(|it| points[own(it)?]);
+        Ok(match skin {
+            None => points.map(VertexIndex).collect(),
+            Some(skin) => points
+                .flat_map(|point| skin.anchors[point as usize].vertices)
+                .collect(),
+        })
+    }
+
     /// A mesh file or a part of one, and the bounds of the file if the part keeps its place in them.
     fn file_mesh(
         &self,
@@ -346,11 +392,7 @@ impl Scene {
         part: Option<&str>,
         bounds: PartBounds,
     ) -> Result<(FileMesh, Option<Bounds>), mesh::MeshError> {
-        let parts = if is_path(file) {
-            Parts::of_file(&self.folder.join(file))
-        } else {
-            asset::parts(file)
-        }?;
+        let parts = self.parts(file)?;
         let Some(part) = part else {
             return Ok((parts.into_whole(), None));
         };
@@ -496,7 +538,14 @@ fn body(
     }
     check_effects(spec, topology).map_err(|message| wrong(spec, message))?;
     cut(spec, place, &mut body)?;
-    body.pins = pins(spec, &body.topology, &body.particles.positions)?;
+    let positions = body.particles.positions.iter();
+    let positions: Vec<Vec3> = positions.map(|x| x.truncate()).collect();
+    let pins = select(&spec.pins, &body.topology, &positions, "pins", |part| {
+        Err(format!(
+            "Part(\"{part}\") is an entry of `groups`: pin the group, as in `Group(\"{part}\")`"
+        ))
+    });
+    body.pins = pins.map_err(|message| wrong(spec, message))?;
     body.update_masses();
     for &deformation in &spec.start {
         deform(&mut body.particles, deformation);
@@ -634,60 +683,17 @@ fn check_effects(spec: &BodySpec, topology: &Topology) -> Result<(), String> {
             "`force_mask` needs a shape at rest that can be divided; grains have none".to_owned(),
         );
     }
+    if let Some(mask) = effects.force_mask
+        && !mask.group.is_empty()
+    {
+        check_group(topology, mask.group).map_err(|message| format!("`force_mask`: {message}"))?;
+    }
     match effects.rod {
         Some(_) => RodShape::of(topology)
             .map(drop)
             .map_err(|error| format!("`rod`: {error}")),
         None => Ok(()),
     }
-}
-
-fn pins(
-    spec: &BodySpec,
-    topology: &Topology,
-    positions: &[Vec4],
-) -> Result<Vec<VertexIndex>, SceneError> {
-    let numbering = &topology.numbering;
-    let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
-    // A layer of particles is not exactly horizontal after a rotation.
-    let slack = (high - low).max_element() * 1e-5;
-    let mut pins = Vec::new();
-    for pin in &spec.pins {
-        let particles = (0..positions.len() as u32).map(ParticleIndex);
-        let vertices = particles.map(|particle| numbering.vertex(particle));
-        let all = vertices.zip(positions.iter().map(|x| x.truncate()));
-        let before = pins.len();
-        match *pin {
-            Pins::Vertex(vertex) => {
-                pins.extend((vertex.index() < positions.len()).then_some(vertex))
-            }
-            Pins::Top(fraction) => {
-                let limit = high.y - (high.y - low.y) * fraction - slack;
-                pins.extend(all.filter(|(_, x)| x.y >= limit).map(|(i, _)| i));
-            }
-            Pins::Left(fraction) => {
-                let limit = low.x + (high.x - low.x) * fraction + slack;
-                pins.extend(all.filter(|(_, x)| x.x <= limit).map(|(i, _)| i));
-            }
-            Pins::Within { low, high } => {
-                let inside = |x: Vec3| x.cmpge(low).all() && x.cmple(high).all();
-                pins.extend(all.filter(|&(_, x)| inside(x)).map(|(i, _)| i));
-            }
-            Pins::Roots(count) => {
-                pins.extend(roots(topology, count).map_err(|message| wrong(spec, message))?);
-            }
-        }
-        if pins.len() == before {
-            let last = positions.len() - 1;
-            let message = format!(
-                "{pin:?} pins nothing; the body extends from {low} to {high} m and has vertices 0 to {last}"
-            );
-            return Err(wrong(spec, message));
-        }
-    }
-    pins.sort_unstable();
-    pins.dedup();
-    Ok(pins)
 }
 
 /// Notes about thicknesses that a mesh is too fine for.

@@ -2,14 +2,14 @@
 //! errors have a line and column.
 
 use super::{
-    Acceptance, Answer, SceneEffects, SceneError, effects, mesh_file::is_mesh, registry,
+    Acceptance, Answer, SceneEffects, SceneError, effects, groups, mesh_file::is_mesh, registry,
     spawn::CurrentScene, substeps,
 };
 use crate::{
     effect::{OwnEffects, own::options},
     mesh::{Bounds, BuildOptions, Primitive, Strands, Treatment},
     solver::{
-        Compliance, Cut, Density, Force, Mass, Path, Settings, Toughness, VertexIndex,
+        Compliance, Cut, Density, Force, GroupName, Mass, Path, Settings, Toughness, VertexIndex,
         deform::Deformation,
     },
 };
@@ -108,9 +108,13 @@ pub struct BodySpec {
     /// Effects.
     #[serde(default)]
     pub effects: SceneEffects,
-    /// Pinned vertices.
+    /// Named groups of vertices, at most 32, selected at the position of the body before its cuts and
+    /// `start`; copies have the same ones. An entry may name a group before it.
+    #[serde(default, with = "groups")]
+    pub groups: Vec<(GroupName, Vec<VertexSelection>)>,
+    /// Pinned vertices, selected in the initial pose of the body.
     #[serde(default)]
-    pub pins: Vec<Pins>,
+    pub pins: Vec<VertexSelection>,
     /// Points that are stitched together, to colliders, or to other bodies.
     #[serde(default)]
     pub stitches: Vec<StitchSpec>,
@@ -211,11 +215,11 @@ impl MeshSpec {
     }
 }
 
-/// Pinned vertices, selected in the initial pose of the body.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Vertices of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
-pub enum Pins {
+pub enum VertexSelection {
     /// One vertex, by its index. Older files call it `Particle`.
     #[serde(alias = "Particle")]
     Vertex(VertexIndex),
@@ -233,6 +237,11 @@ pub enum Pins {
     },
     /// The first vertices of each chain of a body of edges; two clamp a rod.
     Roots(u32),
+    /// The vertices of a named group of the body.
+    Group(GroupName),
+    /// In `groups`, the vertices of a named [part](crate::mesh::read::Parts) of the mesh file of the body;
+    /// of a filled surface, the corners of the tetrahedra that carry the surface of the part.
+    Part(String),
 }
 
 /// A stitch from a point of a body to another, to a collider or to another body, defined where the
@@ -280,6 +289,9 @@ pub enum PointSpec {
         /// Maximum corner.
         high: Vec3,
     },
+    /// All vertices of a named group of the body, each with a stitch of its own to a collider or another
+    /// body.
+    Group(GroupName),
 }
 
 /// The other end of a stitch.

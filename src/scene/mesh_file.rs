@@ -182,6 +182,7 @@ impl Scene {
                 ground: Some(Ground::default()),
                 ..effects
             },
+            groups: Vec::new(),
             pins: Vec::new(),
             stitches: Vec::new(),
             cuts: Vec::new(),

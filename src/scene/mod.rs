@@ -30,6 +30,7 @@ mod build;
 mod effects;
 mod error;
 mod file;
+mod groups;
 mod material;
 pub mod mesh_file;
 pub mod overrides;
@@ -37,6 +38,7 @@ mod parameters;
 pub mod registry;
 pub mod run;
 pub mod save;
+mod select;
 mod spawn;
 mod stitches;
 pub(crate) mod substeps;
@@ -48,8 +50,8 @@ pub use build::BuiltScene;
 pub use effects::SceneEffects;
 pub use error::{ColliderError, SceneError};
 pub use file::{
-    BodySpec, CameraSpec, ColliderSpec, Copies, HairSpec, MeshSpec, PartBounds, Pins, PointSpec,
-    Region, ScalpSpec, Scene, ShapeSpec, StitchSpec, StitchTo, parse, parse_with,
+    BodySpec, CameraSpec, ColliderSpec, Copies, HairSpec, MeshSpec, PartBounds, PointSpec, Region,
+    ScalpSpec, Scene, ShapeSpec, StitchSpec, StitchTo, VertexSelection, parse, parse_with,
 };
 pub use material::{Material, RopeMaterial, SheetMaterial};
 pub use parameters::BodyParameters;

@@ -3,6 +3,7 @@
 use super::{
     BodySpec, PointSpec, Scene, SceneError, StitchSpec, StitchTo,
     build::{places, wrong},
+    select,
 };
 use crate::{
     mesh,
@@ -123,6 +124,9 @@ fn points(spec: &StitchSpec, body: &Body) -> Result<Vec<SurfacePoint>, String> {
         (PointSpec::Within { low, high }, StitchTo::Collider(_) | StitchTo::Body(_)) => {
             within(body, low, high)?
         }
+        (PointSpec::Group(name), StitchTo::Collider(_) | StitchTo::Body(_)) => {
+            select::group(&body.topology, name)?
+        }
         (point, _) => return Ok(vec![surface_point(point, body)?]),
     };
     let points = vertices.into_iter().map(PointSpec::Vertex);
@@ -148,9 +152,9 @@ fn surface_point(spec: PointSpec, body: &Body) -> Result<SurfacePoint, String> {
     let terms = match spec {
         PointSpec::Vertex(vertex) => vec![(vertex, 1.0)],
         PointSpec::Triangle(corners, weights) => corners.into_iter().zip(weights).collect(),
-        PointSpec::Roots(_) | PointSpec::Within { .. } => {
+        PointSpec::Roots(_) | PointSpec::Within { .. } | PointSpec::Group(_) => {
             return Err(
-                "Roots and Within are stitched to a `Collider` or a `Body`, as in `to: Collider(1)`"
+                "Roots, Within and Group are stitched to a `Collider` or a `Body`, as in `to: Collider(1)`"
                     .to_owned(),
             );
         }

@@ -15,8 +15,8 @@ use crate::{
     effect::OwnEffect,
     mesh::Skin,
     solver::{
-        Body, ColliderShape, Cut, Density, InvalidValue, ParticleIndex, Pose, SurfacePoint,
-        VertexIndex, deform::Deformation,
+        Body, ColliderShape, Cut, Density, GroupName, InvalidValue, ParticleIndex, Pose,
+        SurfacePoint, VertexIndex, deform::Deformation,
     },
     suggestion::similar,
 };
@@ -115,6 +115,13 @@ pub enum Action<B = Entity> {
         parameter: String,
         /// The new value.
         value: f64,
+    },
+    /// Chooses the group of vertices on which the forces of a body with a force mask act.
+    SetForceGroup {
+        /// The body.
+        body: B,
+        /// Name of the group; empty for the whole body.
+        group: GroupName,
     },
     /// Adds an effect with its default parameters, unless the body carries it already.
     AddEffect {
@@ -245,6 +252,7 @@ impl<B> Action<B> {
             | Self::MoveGrab { body, .. }
             | Self::Release { body }
             | Self::SetParameter { body, .. }
+            | Self::SetForceGroup { body, .. }
             | Self::AddEffect { body, .. }
             | Self::RemoveEffect { body, .. }
             | Self::SetDensity { body, .. }
@@ -327,6 +335,10 @@ impl<B> Action<B> {
                 parameter,
                 value,
             },
+            Self::SetForceGroup { body, group } => Action::SetForceGroup {
+                body: name(body)?,
+                group,
+            },
             Self::AddEffect { body, effect } => Action::AddEffect {
                 body: name(body)?,
                 effect,
@@ -400,7 +412,7 @@ pub enum ActionError {
     /// A name is unknown.
     #[error("unknown {kind} “{name}”{}; expected one of: {valid}", similar(.name, .valid))]
     Unknown {
-        /// Kind of name: effect, parameter or setting.
+        /// Kind of name: effect, parameter, setting or group.
         kind: &'static str,
         /// The given name.
         name: String,

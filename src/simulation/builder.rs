@@ -6,7 +6,10 @@ use super::{BodyDensity, Pins, SoftBody};
 use crate::mesh::Skin;
 use crate::{
     mesh::{Diagonals, MeshError, Primitive},
-    solver::{Density, RestShape, Topology, TopologyError, VertexIndex, topology::Dimension},
+    solver::{
+        Density, Group, GroupName, RestShape, Topology, TopologyError, VertexIndex,
+        topology::Dimension,
+    },
 };
 use bevy::prelude::*;
 use bevy_math::curve::Curve;
@@ -211,6 +214,32 @@ impl SoftBodyBuilder {
         self
     }
 
+    /// Names these vertices as a group, at most 32 of them, on which a
+    /// [`ForceMask`](crate::effect::ForceMask) lets forces act.
+    ///
+    /// ```
+    /// use bevy::prelude::*;
+    /// use pliant::{effect::ForceMask, prelude::*};
+    ///
+    /// const TAIL: GroupName = GroupName::of("tail");
+    ///
+    /// fn setup(mut commands: Commands) {
+    ///     let kite = SoftBody::cloth(Vec2::ONE, UVec2::splat(10)).group(TAIL, 0..11);
+    ///     let mask = ForceMask { group: TAIL, ..default() };
+    ///     commands.spawn((kite.build(), Stretch::default(), Wind::default(), mask));
+    /// }
+    /// # let mut app = App::new();
+    /// # app.add_plugins((MinimalPlugins, pliant::SoftBodyPlugins::default()));
+    /// # app.add_systems(Startup, setup);
+    /// # app.update();
+    /// ```
+    #[must_use]
+    pub fn group(mut self, name: GroupName, vertices: impl IntoIterator<Item = u32>) -> Self {
+        let vertices = vertices.into_iter().collect();
+        self.shape.groups.push(Group { name, vertices });
+        self
+    }
+
     /// Made from a mesh, whose vertices became these `points` of the fine surface that follows the
     /// shape, or of the shape without one.
     #[cfg(feature = "render")]
@@ -239,17 +268,17 @@ impl SoftBodyBuilder {
     /// second one, see [`pinned`](Self::pinned).
     ///
     /// # Panics
-    /// If the shape is custom and [`try_build`](Self::try_build) returns an error.
+    /// If the shape is custom or has groups, and [`try_build`](Self::try_build) returns an error.
     #[must_use]
     pub fn build(self) -> (SoftBody, BodyDensity, Pins) {
         self.try_build().unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The components of the body, for a custom shape that may be invalid.
+    /// The components of the body, for a custom shape or groups that may be invalid.
     ///
     /// # Errors
-    /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an index out of
-    /// range or repeated.
+    /// [`TopologyError`] for an empty shape, a coordinate that is not finite, an index out of range or
+    /// repeated, or invalid groups.
     pub fn try_build(self) -> Result<(SoftBody, BodyDensity, Pins), TopologyError> {
         let topology = Topology::new(self.shape)?;
         let density = self.density.unwrap_or(match topology.dimension {

@@ -15,8 +15,8 @@ use pliant::{
             history::History,
             model::{
                 Addition, BodyEntry, BodyState, ClockModel, Done, EffectModel, EffectiveModel,
-                EnergyModel, FileModel, GrabModel, PanelModel, Parameter, ReferenceModel,
-                StageModel, StoredEnergy,
+                EnergyModel, FileModel, GrabModel, GroupModel, PanelModel, Parameter,
+                ReferenceModel, StageModel, StoredEnergy,
             },
             show,
         },
@@ -37,7 +37,7 @@ use pliant::{
             track::{Spread, Track},
         },
     },
-    solver::advance::Stage,
+    solver::{GroupName, advance::Stage},
 };
 
 const SIZES: [(Vec2, f32); 4] = [
@@ -101,6 +101,10 @@ fn stretch() -> EffectModel {
             waiting: 1000,
         }),
         contacts: None,
+        group: Some(GroupModel {
+            names: vec![GroupName::of("sail"), GroupName::of("tail")],
+            chosen: Some(GroupName::of("tail")),
+        }),
         switchable: true,
         parameters: vec![
             parameter(
@@ -127,6 +131,7 @@ fn absent() -> EffectModel {
         overpressure: None,
         done: Some(Done::Split(12_345)),
         contacts: None,
+        group: None,
         parameters: Vec::new(),
         ..stretch()
     }
@@ -482,6 +487,20 @@ fn a_typed_word_changes_nothing_and_says_why() {
 }
 
 #[test]
+fn a_group_of_vertices_is_chosen_where_there_are_any() {
+    for (line, name) in [("sail", GroupName::of("sail")), ("", GroupName::default())] {
+        let mut pointer = panel_pointer();
+        pointer.press_widget("force_mask.group");
+        let asked = pointer.press_widget(&format!("force_mask.group.{line}"));
+        assert_eq!(asked, [Request::ForceGroup(name)], "{line}");
+    }
+    let mut without = model();
+    without.effects[0].group = None;
+    let pointer = Pointer::new(without, SIZES[0]);
+    assert!(pointer.places.get("force_mask.group").is_none());
+}
+
+#[test]
 fn the_reset_of_a_changed_parameter_requests_the_scenes_value() {
     let mut pointer = panel_pointer();
     let requested = pointer.press_widget("stretch.damping.reset");
@@ -559,7 +578,7 @@ fn every_button_makes_its_request() {
         choices: &["Euler", "BDF2"],
         ..parameter("order", "", Track::new(1.0..=2.0, Spread::Integer), 1.0)
     });
-    let mut pointer = Pointer::new(panel, (size + Vec2::new(0.0, 200.0), scale));
+    let mut pointer = Pointer::new(panel, (size + Vec2::new(0.0, 240.0), scale));
     for (name, request) in wanted {
         assert_eq!(pointer.press_widget(name), [request], "{name}");
     }

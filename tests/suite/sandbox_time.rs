@@ -5,6 +5,7 @@ use crate::support_app::{push, set, ticks};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use pliant::{
+    effect::ForceMask,
     recording::{About, Recorder, Snapshot, replay},
     sandbox::{
         app::time::{
@@ -26,13 +27,13 @@ use pliant::{
     scene::{self, BuiltScene, CurrentScene, Scene, registry::SCENES, run::headless},
     simulation::{
         Action, Actions, BodyDensity, NewBody, Pins, Quarantined, SimulationClock,
-        SimulationSettings,
+        SimulationSettings, SoftBody,
         plain::{self, bodies_in_order, colliders_in_order},
         state_hash,
     },
     solver::{
-        ColliderShape, Cut, Density, ParticleIndex, Pose, Quarantine, SurfacePoint, Threads,
-        VertexIndex, deform::Deformation,
+        ColliderShape, Cut, Density, GroupName, ParticleIndex, Pose, Quarantine, SurfacePoint,
+        Threads, Topology, VertexIndex, deform::Deformation,
     },
 };
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc, time::Instant};
@@ -215,6 +216,8 @@ fn the_timeline_covers_ten_seconds() {
     );
 }
 
+const GROUP: GroupName = GroupName::of("first");
+
 /// One action of each kind, on the first or second body.
 fn samples(app: &mut App) -> Vec<Action> {
     let bodies = bodies_in_order(app.world_mut());
@@ -290,6 +293,7 @@ fn samples(app: &mut App) -> Vec<Action> {
                 rays: [Vec3::new(0.0, -1.0, -1.0), Vec3::new(0.0, -1.0, 1.0)],
             },
         },
+        Action::SetForceGroup { body, group: GROUP },
     ]
 }
 
@@ -318,6 +322,7 @@ fn kind(action: &Action) -> usize {
         Action::SetCollider { .. } => 19,
         Action::RemoveCollider { .. } => 20,
         Action::Cut { .. } => 21,
+        Action::SetForceGroup { .. } => 22,
     }
 }
 
@@ -352,6 +357,14 @@ fn every_kind_of_action_is_undone_and_redone() {
         }
         if let Action::GrabPins { vertex, .. } = sample {
             app.world_mut().entity_mut(body).insert(Pins(vec![vertex]));
+            ticks(&mut app, 1);
+        }
+        if matches!(sample, Action::SetForceGroup { .. }) {
+            let mut entity = app.world_mut().entity_mut(body);
+            let mut topology = Topology::clone(entity.get::<SoftBody>().expect("a body"));
+            let added = topology.add_group(GROUP, [VertexIndex(0)]);
+            added.expect("it has no groups");
+            entity.insert((SoftBody(Arc::new(topology)), ForceMask::default()));
             ticks(&mut app, 1);
         }
         let (how, title) = undoing(app.world(), &sample);

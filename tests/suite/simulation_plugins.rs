@@ -138,7 +138,7 @@ fn no_name_of_the_prelude_is_in_those_of_bevy_and_avian() {
         }};
     }
     let imported = names!(
-        SoftBodyPlugins Bend Collide Contact Direct Grabs Ground IsometricBend Membrane NeoHookean PinTargets Plasticity Pressure Rod SelfContact ShapeMatching StickyGround StrainLimit Stretch Struts Tethers Volume Weave Wind Action Actions BodyDensity Pins SimulationClock SimulationSettings SoftBody SoftBodyBuilder SoftBodyHit SoftBodyQueries Body ColliderMesh ColliderShape Compliance Density Height Iterations Particles Path Pose Rate RestShape Settings Stiffness Topology VertexIndex
+        SoftBodyPlugins Bend Collide Contact Direct Grabs Ground IsometricBend Membrane NeoHookean PinTargets Plasticity Pressure Rod SelfContact ShapeMatching StickyGround StrainLimit Stretch Struts Tethers Volume Weave Wind Action Actions BodyDensity Pins SimulationClock SimulationSettings SoftBody SoftBodyBuilder SoftBodyHit SoftBodyQueries Body ColliderMesh ColliderShape Compliance Density GroupName Height Iterations Particles Path Pose Rate RestShape Settings Stiffness Topology VertexIndex
     );
     let source = include_str!("../../src/prelude.rs");
     let source = source.lines().filter(|line| !line.starts_with("//"));

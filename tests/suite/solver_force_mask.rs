@@ -10,7 +10,8 @@ use pliant::{
     scene::Scene,
     solver::{
         Attract, Axis, Body, Coefficient, Drag, Effects, Finite, ForceKind, ForceMask, Fraction,
-        KeepSpin, RestShape, Stream, Tear, Toughness, Turbulence, Uniform, Vortex, Wind, World,
+        GroupName, KeepSpin, RestShape, Stream, Tear, Toughness, Turbulence, Uniform, Vortex, Wind,
+        World,
         equilibrium::{TOLERANCE, find},
         reference,
     },
@@ -23,6 +24,7 @@ const ALL: ForceMask = ForceMask {
     high_x: Fraction::of(1.0),
     high_y: Fraction::of(1.0),
     high_z: Fraction::of(1.0),
+    group: GroupName::of(""),
     fade: Fraction::of(0.0),
 };
 

@@ -499,7 +499,7 @@ fn stitches_to_bodies_say_what_is_wrong() {
         ),
         (
             "BodyPoint(\"head\", Roots(1))",
-            "Roots and Within are stitched to",
+            "Roots, Within and Group are stitched to",
         ),
     ] {
         let scene: Scene = text(to).parse().expect("it is read");

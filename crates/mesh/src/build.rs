@@ -83,10 +83,15 @@ pub fn build(mesh: FileMesh, options: &BuildOptions) -> Result<SoftMesh, MeshErr
         (FileMesh::Curves(curves), _) => ropes(curves, options),
         (FileMesh::Tetrahedra(mut mesh), Treatment::Shell) => {
             let placement = Placement::of(&mut mesh.vertices, &mesh.tetrahedra, options)?;
-            mend_tetrahedra(&mut mesh)?;
+            let points = mend_tetrahedra(&mut mesh)?;
             let mut triangles = boundary_triangles(&mesh.tetrahedra);
-            keep_used(&mut mesh.vertices, &mut triangles);
-            Ok(placement.cloth(mesh.vertices, triangles, mesh.notes))
+            let kept = keep_used(&mut mesh.vertices, &mut triangles);
+            let cloth = placement.cloth(mesh.vertices, triangles, mesh.notes);
+            let on_surface = |point: Option<u32>| kept[point? as usize];
+            Ok(SoftMesh {
+                points: points.into_iter().map(on_surface).collect(),
+                ..cloth
+            })
         }
     }
 }
@@ -105,8 +110,9 @@ fn ropes(mut curves: CurveMesh, options: &BuildOptions) -> Result<SoftMesh, Mesh
         mut segments,
         mut notes,
     } = curves;
-    note_unused(&keep_used(&mut vertices, &mut segments), &mut notes);
-    weld(&vertices, &mut segments, &mut notes);
+    let used = keep_used(&mut vertices, &mut segments);
+    note_unused(&used, &mut notes);
+    let welded = weld(&vertices, &mut segments, &mut notes);
     clean_segments(&mut segments, &mut notes);
     if segments.is_empty() {
         return Err(MeshError::unusable(
@@ -114,13 +120,14 @@ fn ropes(mut curves: CurveMesh, options: &BuildOptions) -> Result<SoftMesh, Mesh
             "use curves with distinct vertices",
         ));
     }
-    keep_used(&mut vertices, &mut segments);
+    let kept = keep_used(&mut vertices, &mut segments);
     Ok(SoftMesh {
         shape: RestShape {
             vertices: placement.vertices(&vertices),
             edges: segments,
             ..RestShape::default()
         },
+        points: became(used, &welded, &kept),
         notes,
         ..SoftMesh::default()
     })
@@ -136,8 +143,9 @@ fn tetrahedra(mut mesh: TetMesh, options: &BuildOptions) -> Result<SoftMesh, Mes
         });
     }
     let placement = Placement::of(&mut mesh.vertices, &mesh.tetrahedra, options)?;
-    mend_tetrahedra(&mut mesh)?;
-    placement.solid(mesh.vertices, mesh.tetrahedra, mesh.notes)
+    let points = mend_tetrahedra(&mut mesh)?;
+    let solid = placement.solid(mesh.vertices, mesh.tetrahedra, mesh.notes)?;
+    Ok(SoftMesh { points, ..solid })
 }
 
 fn solid(mut surface: SurfaceMesh, options: &BuildOptions) -> Result<SoftMesh, MeshError> {
@@ -191,16 +199,20 @@ fn mend_surface(surface: &mut SurfaceMesh) -> Result<Vec<Option<u32>>, MeshError
     if branching > 0 {
         notes.push(format!("non-manifold edges: {branching}"));
     }
-    let became = |vertex: Option<u32>| kept[welded[vertex? as usize] as usize];
-    Ok(used.into_iter().map(became).collect())
+    Ok(became(used, &welded, &kept))
 }
 
-fn mend_tetrahedra(mesh: &mut TetMesh) -> Result<(), MeshError> {
-    note_unused(
-        &keep_used(&mut mesh.vertices, &mut mesh.tetrahedra),
-        &mut mesh.notes,
-    );
-    weld(&mesh.vertices, &mut mesh.tetrahedra, &mut mesh.notes);
+/// The vertex that each became that was used, then welded, then kept.
+fn became(used: Vec<Option<u32>>, welded: &[u32], kept: &[Option<u32>]) -> Vec<Option<u32>> {
+    let became = |vertex: Option<u32>| kept[welded[vertex? as usize] as usize];
+    used.into_iter().map(became).collect()
+}
+
+/// Mends tetrahedra. Returns the vertex that each became; `None` for those that are removed.
+fn mend_tetrahedra(mesh: &mut TetMesh) -> Result<Vec<Option<u32>>, MeshError> {
+    let used = keep_used(&mut mesh.vertices, &mut mesh.tetrahedra);
+    note_unused(&used, &mut mesh.notes);
+    let welded = weld(&mesh.vertices, &mut mesh.tetrahedra, &mut mesh.notes);
     clean_tetrahedra(&mesh.vertices, &mut mesh.tetrahedra, &mut mesh.notes);
     if mesh.tetrahedra.is_empty() {
         return Err(MeshError::unusable(
@@ -208,8 +220,8 @@ fn mend_tetrahedra(mesh: &mut TetMesh) -> Result<(), MeshError> {
             "use tetrahedra with four corners that are not coplanar",
         ));
     }
-    keep_used(&mut mesh.vertices, &mut mesh.tetrahedra);
-    Ok(())
+    let kept = keep_used(&mut mesh.vertices, &mut mesh.tetrahedra);
+    Ok(became(used, &welded, &kept))
 }
 
 fn note_unused(numbers: &[Option<u32>], notes: &mut Vec<String>) {

@@ -68,9 +68,9 @@ pub struct SoftMesh {
     pub shape: RestShape,
     /// Fine surface that follows the shape; `None` if the triangles of the shape are the surface.
     pub skin: Option<Skin>,
-    /// For each vertex of a surface that was built, the vertex of the skin, or of the shape without
-    /// one, that it became: several where they coincided, `None` where no triangle uses it. Empty for
-    /// other meshes.
+    /// For each vertex of the mesh that was built, the vertex of the skin, or of the shape without one,
+    /// that it became: several where they coincided, `None` where no element uses it. Empty for
+    /// primitives.
     pub points: Vec<Option<u32>>,
     /// Repairs and omissions, one sentence each, for the user.
     pub notes: Vec<String>,

@@ -122,6 +122,7 @@ pub use step::{
 };
 pub use substep::{Settings, Substep};
 pub use topology::{
+    groups::{Group, GroupName, Groups, InvalidGroupName},
     id::TopologyId,
     index::{ParticleIndex, VertexIndex},
     input::TopologyError,

@@ -7,6 +7,7 @@ pub(crate) use bevy_reflect::{
     Reflect, ReflectDeserialize, ReflectSerialize, std_traits::ReflectDefault,
 };
 
+use crate::GroupName;
 use crate::quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, Compliance, ContactThickness, Creep,
     Curl, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency,
@@ -63,3 +64,4 @@ impl_reflect_opaque!((in pliant::solver) GrainRadius(Clone, Debug, Default, Part
 impl_reflect_opaque!((in pliant::solver) GrainRolling(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Density(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Mass(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) GroupName(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

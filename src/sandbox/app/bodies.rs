@@ -4,7 +4,7 @@
 //! are kept in snapshots.
 
 use crate::{
-    effect::{EffectRegistry, OwnEffects},
+    effect::{EffectRegistry, ForceMask, OwnEffects},
     sandbox::{
         render::{camera::OrbitCamera, free_area::FreeArea},
         state::{
@@ -19,7 +19,7 @@ use crate::{
         Action, Actions, BodyDensity, BodySkin, NewBody, SoftBody, carried, end_tick,
         plain::{self, bodies_in_order},
     },
-    solver::{Body, Particles, StitchEnd, Stitches, topology::bounds},
+    solver::{Body, GroupName, Particles, StitchEnd, Stitches, topology::bounds},
 };
 use bevy::{math::bounding::Aabb3d, prelude::*, window::PrimaryWindow};
 use bevy_egui::EguiClipboard;
@@ -362,6 +362,14 @@ fn actions(world: &World, body: Entity, parameters: &BodyParameters) -> Vec<Acti
                 });
             }
         }
+    }
+    let group = |body: &EntityRef| {
+        body.get::<ForceMask>()
+            .map_or(GroupName::default(), |it| it.group)
+    };
+    if sample.contains::<ForceMask>() && group(&sample) != group(&entity) {
+        let group = group(&sample);
+        actions.push(Action::SetForceGroup { body, group });
     }
     actions
 }

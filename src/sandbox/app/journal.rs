@@ -269,6 +269,12 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
             "parameter": format!("{effect}.{parameter}"),
             "value": number(*value),
         }),
+        Action::SetForceGroup { body, group } => json!({
+            "do": "set",
+            "body": name(*body),
+            "parameter": "force_mask.group",
+            "value": group,
+        }),
         Action::SetSetting {
             name: setting,
             value,

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 
 use super::{bodies::bodies, colliders, export, film, focus, import, keep, pins, presets, time};
 use crate::{
-    effect::EffectRegistry,
+    effect::{EffectRegistry, ForceMask},
     sandbox::{
         input::drag::Drag,
         lab::{
@@ -34,7 +34,7 @@ use crate::{
     },
     scene::Material,
     simulation::{Action, Actions, SimulationClock, SoftBody, SolverThreads},
-    solver::{Threads, deform::Deformation},
+    solver::{GroupName, Threads, deform::Deformation},
 };
 
 /// Height after a squash, as a fraction of the height before.
@@ -172,6 +172,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         } => parameter_of(world, &scope, effect, parameter, |_, original| {
             value.or(original)
         }),
+        Request::ForceGroup(group) => force_group(world, &scope, group),
         Request::Soften { scope, softer } => soften(world, &scope, softer),
         Request::Show(scope) => world.resource_mut::<Selection>().0 = scope,
         Request::Effect { effect, on } => switch(world, &scope, effect, on),
@@ -284,6 +285,19 @@ fn parameter_of(
                     value,
                 },
             );
+        }
+    }
+}
+
+/// Chooses the group of the force masks of the bodies of a scope that have it.
+fn force_group(world: &mut World, scope: &Scope, group: GroupName) {
+    for body in bodies(world, scope) {
+        let entity = world.entity(body);
+        let mask = entity.get::<ForceMask>();
+        let has = |topology: &SoftBody| group.is_empty() || topology.groups.contains(group);
+        let fits = entity.get::<SoftBody>().is_some_and(has);
+        if fits && mask.is_some_and(|mask| mask.group != group) {
+            push(world, Action::SetForceGroup { body, group });
         }
     }
 }

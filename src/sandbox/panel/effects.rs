@@ -5,13 +5,13 @@
 
 use crate::sandbox::state::{request::Request, selection::Scope};
 use bevy_egui::egui::{
-    Align, Align2, Color32, Id, Label, Layout, Rect, RichText, Sense, Ui,
+    Align, Align2, Color32, ComboBox, Id, Label, Layout, Rect, RichText, Sense, Ui,
     collapsing_header::CollapsingState, vec2,
 };
 
 use super::{
     Panel, effective, hands, history,
-    model::{ContactModel, Done, EffectModel, PanelModel, Parameter},
+    model::{ContactModel, Done, EffectModel, GroupModel, PanelModel, Parameter},
     parameter::{self, Edit},
     search::Query,
     section::{self, RowButton, section},
@@ -19,6 +19,7 @@ use super::{
 use crate::{
     effect::{Effect, Grab, Stitches},
     sandbox::ui::{number, theme},
+    solver::GroupName,
 };
 
 /// Width of the bar of a time fraction [logical px].
@@ -119,6 +120,9 @@ pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) 
         for parameter in parameters {
             parameter_row(ui, panel, effect, parameter);
         }
+        if let Some(group) = effect.group.as_ref().filter(|_| whole) {
+            group_row(ui, panel, group);
+        }
         ui.add_space(3.0);
     }
     any
@@ -138,6 +142,38 @@ fn parameter_row(ui: &mut Ui, panel: &mut Panel, effect: &EffectModel, parameter
     }
 }
 
+/// The choice of the group of vertices on which forces act.
+fn group_row(ui: &mut Ui, panel: &mut Panel, group: &GroupModel) {
+    let title = |name: GroupName| match name.is_empty() {
+        true => "Whole body".to_owned(),
+        false => name.to_string(),
+    };
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = theme::GAP;
+        let width = parameter::title_width(ui);
+        ui.add_sized([width, theme::ROW], Label::new("Group").halign(Align::LEFT));
+        let width = ui.available_width() - parameter::RESET - theme::GAP;
+        let combo = ComboBox::from_id_salt("force_mask.group")
+            .selected_text(group.chosen.map_or("(several)".to_owned(), title))
+            .width(width)
+            .truncate()
+            .show_ui(ui, |ui| {
+                let whole = [GroupName::default()];
+                for &name in whole.iter().chain(&group.names) {
+                    let line = ui.selectable_label(group.chosen == Some(name), title(name));
+                    panel.note(format!("force_mask.group.{name}"), &line, ui);
+                    if line.clicked() {
+                        panel.ask(Request::ForceGroup(name));
+                    }
+                }
+            });
+        panel.note("force_mask.group", &combo.response, ui);
+        combo
+            .response
+            .on_hover_text("Named group of vertices on which the forces act, from the scene file");
+    });
+}
+
 fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectModel) {
     let id = Id::new(("effect", effect.name));
     let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, true);
@@ -147,6 +183,9 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
     state.show_body_unindented(ui, |ui| {
         for parameter in &effect.parameters {
             parameter_row(ui, panel, effect, parameter);
+        }
+        if let Some(group) = &effect.group {
+            group_row(ui, panel, group);
         }
         if let Some(note) = &effect.note {
             section::note(ui, note);

@@ -8,15 +8,15 @@ use super::{
     PanelState, effective, energy, history,
     model::{
         BodyEntry, BodyState, ClockModel, ContactModel, Done, EffectModel, FileModel, GrabModel,
-        PanelModel, Parameter, StageModel, StoredEnergy,
+        GroupModel, PanelModel, Parameter, StageModel, StoredEnergy,
     },
     reference_overlay,
     scene_defaults::{SceneDefaults, SceneSettings},
 };
 use crate::{
     effect::{
-        BodyEmitter, Contact, Effect, EffectInfo, EffectRegistry, Emitter, ParameterInfo, Pressure,
-        Scale, SelfContact, Tear,
+        BodyEmitter, Contact, Effect, EffectInfo, EffectRegistry, Emitter, ForceMask,
+        ParameterInfo, Pressure, Scale, SelfContact, Tear,
     },
     sandbox::{
         lab::{plots::Plots, quarantine, throughput::Throughput},
@@ -71,6 +71,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
             overpressure: overpressure(world, info.name, &shown),
             done: done(world, info.name, &shown),
             contacts: contacts(statistics, info.name),
+            group: group(world, info.name, &shown),
             ..effect(world, info, &bodies, &shown)
         })
         .collect();
@@ -296,6 +297,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
             .filter_map(|body| (info.elements)(&world.entity(*body)))
             .sum(),
         fraction: None,
+        group: None,
         note: note_of(
             carriers
                 .iter()
@@ -341,6 +343,31 @@ fn overpressure(world: &World, effect: &str, shown: &[Entity]) -> Option<(f64, f
     });
     all.map(|pressure| (pressure, pressure))
         .reduce(|(low, high), (one, _)| (low.min(one), high.max(one)))
+}
+
+/// The groups of the selected bodies that carry a force mask; `None` if they have none.
+fn group(world: &World, effect: &str, shown: &[Entity]) -> Option<GroupModel> {
+    if effect != ForceMask::NAME {
+        return None;
+    }
+    let (mut names, mut chosen) = (Vec::new(), Vec::new());
+    for body in shown {
+        let body = world.entity(*body);
+        let Some((mask, topology)) = body.get::<ForceMask>().zip(body.get::<SoftBody>()) else {
+            continue;
+        };
+        chosen.push(mask.group);
+        for name in topology.groups.names() {
+            if !names.contains(name) {
+                names.push(*name);
+            }
+        }
+    }
+    let first = chosen.first().copied();
+    (!names.is_empty()).then(|| GroupModel {
+        names,
+        chosen: first.filter(|first| chosen.iter().all(|it| it == first)),
+    })
 }
 
 /// What the effect has done to the selected bodies that carry it.

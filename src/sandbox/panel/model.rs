@@ -17,7 +17,7 @@ use crate::{
     },
     scene::Material,
     simulation::Statistics,
-    solver::effective::CLOSE,
+    solver::{GroupName, effective::CLOSE},
 };
 use bevy::prelude::{Deref, Resource};
 
@@ -206,6 +206,8 @@ pub struct EffectModel {
     pub switchable: bool,
     /// Parameters on the selected bodies; empty if none carries it.
     pub parameters: Vec<Parameter>,
+    /// The group of vertices of the force masks, where a selected body has groups.
+    pub group: Option<GroupModel>,
     /// Advice on the effect for the selected bodies, in one sentence.
     pub note: Option<String>,
     /// Effective compliance, if it can be determined.
@@ -216,6 +218,15 @@ pub struct EffectModel {
     pub done: Option<Done>,
     /// Contacts of all bodies.
     pub contacts: Option<ContactModel>,
+}
+
+/// The choice of a group of vertices.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GroupModel {
+    /// Groups of the selected bodies, each name once.
+    pub names: Vec<GroupName>,
+    /// The chosen one, empty for the whole body; `None` if bodies differ.
+    pub chosen: Option<GroupName>,
 }
 
 /// What an effect has done to the selected bodies.

@@ -5,8 +5,9 @@ use bevy::prelude::*;
 
 use super::scene_defaults::{SceneDefaults, SceneSettings};
 use crate::{
-    effect::EffectRegistry,
+    effect::{EffectRegistry, ForceMask},
     simulation::{Action, Actions, SETTINGS, SimulationSettings, plain::bodies_in_order, setting},
+    solver::GroupName,
 };
 
 /// A changed parameter of a body, by the index of the body in the scene.
@@ -23,6 +24,8 @@ struct ChangedParameter {
 pub(in crate::sandbox) struct Changes {
     settings: Vec<(&'static str, f64)>,
     parameters: Vec<ChangedParameter>,
+    /// Groups of force masks, by the index of the body in the scene.
+    groups: Vec<(usize, GroupName)>,
 }
 
 /// The differences from the scene defaults.
@@ -42,9 +45,17 @@ pub(in crate::sandbox) fn changes(world: &mut World) -> Changes {
         .enumerate()
         .flat_map(|(place, body)| changed(world, place, *body))
         .collect();
+    let group = |(place, body): (usize, &Entity)| {
+        let entity = world.entity(*body);
+        let original = entity.get::<SceneDefaults>()?.group?;
+        let group = entity.get::<ForceMask>()?.group;
+        (group != original).then_some((place, group))
+    };
+    let groups = bodies.iter().enumerate().filter_map(group).collect();
     Changes {
         settings,
         parameters,
+        groups,
     }
 }
 
@@ -89,6 +100,11 @@ pub(in crate::sandbox) fn repeat(world: &mut World, changes: Changes) {
                 parameter: change.parameter.to_owned(),
                 value: change.value,
             });
+        }
+    }
+    for (place, group) in changes.groups {
+        if let Some(&body) = bodies.get(place) {
+            actions.push(Action::SetForceGroup { body, group });
         }
     }
 }

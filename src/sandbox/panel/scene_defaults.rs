@@ -4,7 +4,11 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use bevy::prelude::*;
 
-use crate::{effect::EffectRegistry, simulation::SoftBody, solver::Settings};
+use crate::{
+    effect::{EffectRegistry, ForceMask},
+    simulation::SoftBody,
+    solver::{GroupName, Settings},
+};
 
 /// World settings in the scene file.
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Deref)]
@@ -12,12 +16,16 @@ pub struct SceneSettings(pub Settings);
 
 /// Initial parameters of a body, by effect and parameter.
 #[derive(Component, Debug, Clone, Default, PartialEq)]
-pub struct SceneDefaults(Arc<BTreeMap<(&'static str, &'static str), f64>>);
+pub struct SceneDefaults {
+    values: Arc<BTreeMap<(&'static str, &'static str), f64>>,
+    /// The group of the force mask, if the body had one.
+    pub(in crate::sandbox) group: Option<GroupName>,
+}
 
 impl SceneDefaults {
     /// The initial value; `None` if the body did not carry the effect.
     pub fn get(&self, effect: &'static str, parameter: &'static str) -> Option<f64> {
-        self.0.get(&(effect, parameter)).copied()
+        self.values.get(&(effect, parameter)).copied()
     }
 
     /// The current values of an entity.
@@ -30,7 +38,10 @@ impl SceneDefaults {
                 }
             }
         }
-        Self(Arc::new(values))
+        Self {
+            values: Arc::new(values),
+            group: body.get::<ForceMask>().map(|mask| mask.group),
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use super::{
     spawn::{ColliderKind, SpawnPlace},
     view::SolverView,
 };
-use crate::solver::VertexIndex;
+use crate::solver::{GroupName, VertexIndex};
 use bevy::prelude::*;
 
 /// A request was made.
@@ -87,6 +87,8 @@ pub enum Request {
         /// The value; `None` for the scene default of each body.
         value: Option<f64>,
     },
+    /// Choose the group of vertices of the force masks of all bodies of the scope that have it.
+    ForceGroup(GroupName),
     /// Increase or decrease the stretch compliance of bodies by one slider step (about a quarter).
     Soften {
         /// The bodies.

@@ -3,8 +3,8 @@
 use super::{BuiltBody, Definition, MeshSource, colliders::color, pose};
 use crate::{
     effect::OwnEffect,
-    scene::{BodySpec, BuiltScene, Look, Material, Pins, SceneEffects, StitchTo, build},
-    solver::{Body, Effects, Topology, VertexIndex},
+    scene::{BodySpec, BuiltScene, Look, Material, SceneEffects, StitchTo, VertexSelection, build},
+    solver::{Body, Effects, GroupName, Topology, VertexIndex},
 };
 use glam::Vec3;
 use std::sync::Arc;
@@ -42,6 +42,7 @@ impl Definition {
                 if copies == 1 && self.scene.bodies[built.spec].copies.is_some() {
                     spec.position = build::places(&self.scene.bodies[built.spec])[built.copy];
                     spec.copies = None;
+                    spec.groups = groups(&built.body.topology);
                     spec.name = one.body.name.clone();
                 }
                 specs.push(spec);
@@ -221,6 +222,7 @@ impl Definition {
             velocity: mean_velocity(begun),
             spin: Vec3::ZERO,
             effects: SceneEffects::default(),
+            groups: groups(topology),
             pins: pins(body),
             stitches: Vec::new(),
             cuts: Vec::new(),
@@ -280,8 +282,27 @@ fn sorted(pins: &[VertexIndex]) -> Vec<VertexIndex> {
     pins
 }
 
-fn pins(body: &Body) -> Vec<Pins> {
-    sorted(&body.pins).into_iter().map(Pins::Vertex).collect()
+fn pins(body: &Body) -> Vec<VertexSelection> {
+    sorted(&body.pins)
+        .into_iter()
+        .map(VertexSelection::Vertex)
+        .collect()
+}
+
+/// The groups by their vertices, without those that arose from cuts.
+fn groups(topology: &Topology) -> Vec<(GroupName, Vec<VertexSelection>)> {
+    let before = topology.particles() - topology.splits();
+    let group = |name: &GroupName| {
+        let particles = topology.groups.particles(*name);
+        let vertices = particles.map(|particle| topology.numbering.vertex(particle));
+        let mut vertices: Vec<_> = vertices.filter(|it| it.index() < before).collect();
+        vertices.sort_unstable();
+        (
+            *name,
+            vertices.into_iter().map(VertexSelection::Vertex).collect(),
+        )
+    };
+    topology.groups.names().iter().map(group).collect()
 }
 
 /// Writes density and effects. The material stays if the body is still made of it.

@@ -2,14 +2,14 @@
 
 use super::{Action, ActionError, SETTINGS, collider, grab};
 use crate::{
-    effect::EffectRegistry,
+    effect::{Effect, EffectRegistry, ForceMask},
     simulation::{
         Asleep, BodyDensity, BodySkin, Pins, Quarantined, RestTimer, SceneEntity,
         SimulationSettings, SoftBody, TickStart, plain, tear,
     },
     solver::{
-        CollisionIterations, Grab, InvalidValue, Iterations, KeepSpin, Order, Particles, Rate,
-        Settings, SmoothingIterations, Substeps, Topology, VertexIndex,
+        CollisionIterations, Grab, GroupName, InvalidValue, Iterations, KeepSpin, Order, Particles,
+        Rate, Settings, SmoothingIterations, Substeps, Topology, VertexIndex,
         deform::{self, reset_shape},
     },
 };
@@ -31,6 +31,7 @@ impl Action {
                 parameter,
                 value,
             } => set_parameter(world, *body, effect, parameter, *value),
+            Action::SetForceGroup { body, group } => set_force_group(world, *body, *group),
             Action::AddEffect { body, effect } => {
                 let info = find_effect(world, effect)?;
                 let (present, unfit) = (info.present, info.unfit);
@@ -294,6 +295,29 @@ fn set_parameter(
         }),
         None => Err(ActionError::Absent(effect.to_owned())),
     }
+}
+
+fn set_force_group(world: &mut World, body: Entity, group: GroupName) -> Result<(), ActionError> {
+    let mut entity = body_mut(world, body)?;
+    let groups = entity.get::<SoftBody>().map(|body| body.groups.clone());
+    let groups = groups.unwrap_or_default();
+    let mut mask = entity
+        .get_mut::<ForceMask>()
+        .ok_or_else(|| ActionError::Absent(ForceMask::NAME.to_owned()))?;
+    if !group.is_empty() && !groups.contains(group) {
+        let names: Vec<_> = groups.names().iter().map(GroupName::as_str).collect();
+        return Err(ActionError::Unknown {
+            kind: "group",
+            name: group.to_string(),
+            valid: match names.is_empty() {
+                true => "none".to_owned(),
+                false => names.join(", "),
+            },
+        });
+    }
+    mask.group = group;
+    rouse(&mut entity);
+    Ok(())
 }
 
 fn change_pins(

@@ -141,6 +141,14 @@ impl Counts {
     }
 }
 
+/// The elements of a part.
+struct Elements {
+    tetrahedra: Vec<[u32; 4]>,
+    triangles: Vec<[u32; 3]>,
+    segments: Vec<[u32; 2]>,
+    notes: Vec<String>,
+}
+
 impl Part {
     fn has_mesh(&self) -> bool {
         let mut runs = self.elements.iter();
@@ -209,6 +217,58 @@ impl Parts {
     /// format has no named parts, or the part no mesh, or the physical groups of a Gmsh file are
     /// damaged.
     pub fn part(&self, name: &str) -> Result<FileMesh, MeshError> {
+        let Elements {
+            mut tetrahedra,
+            mut triangles,
+            mut segments,
+            notes,
+        } = self.elements(name)?;
+        let all = self.whole.vertices();
+        Ok(if !tetrahedra.is_empty() {
+            FileMesh::Tetrahedra(TetMesh {
+                vertices: take_used(all, &mut tetrahedra),
+                tetrahedra,
+                notes,
+            })
+        } else if !triangles.is_empty() {
+            FileMesh::Surface(SurfaceMesh {
+                vertices: take_used(all, &mut triangles),
+                triangles,
+                notes,
+            })
+        } else {
+            FileMesh::Curves(CurveMesh {
+                vertices: take_used(all, &mut segments),
+                segments,
+                notes,
+            })
+        })
+    }
+
+    /// The vertices of the mesh of the whole file that a part uses, ascending: those of
+    /// [`part`](Self::part), in the same order.
+    ///
+    /// # Errors
+    /// As [`part`](Self::part).
+    pub fn vertices(&self, name: &str) -> Result<Vec<u32>, MeshError> {
+        let elements = self.elements(name)?;
+        let Elements {
+            tetrahedra,
+            triangles,
+            segments,
+            ..
+        } = &elements;
+        Ok(if !tetrahedra.is_empty() {
+            used(tetrahedra)
+        } else if !triangles.is_empty() {
+            used(triangles)
+        } else {
+            used(segments)
+        })
+    }
+
+    /// The elements of a part, with vertices of the whole file.
+    fn elements(&self, name: &str) -> Result<Elements, MeshError> {
         let file = &self.file;
         let Some(named) = &self.named else {
             return Err(MeshError::unusable(
@@ -285,25 +345,11 @@ impl Parts {
         if ignored > 0 {
             notes.push(format!("{}: {ignored}", named.ignored));
         }
-        let all = self.whole.vertices();
-        Ok(if !tetrahedra.is_empty() {
-            FileMesh::Tetrahedra(TetMesh {
-                vertices: take_used(all, &mut tetrahedra),
-                tetrahedra,
-                notes,
-            })
-        } else if !triangles.is_empty() {
-            FileMesh::Surface(SurfaceMesh {
-                vertices: take_used(all, &mut triangles),
-                triangles,
-                notes,
-            })
-        } else {
-            FileMesh::Curves(CurveMesh {
-                vertices: take_used(all, &mut segments),
-                segments,
-                notes,
-            })
+        Ok(Elements {
+            tetrahedra,
+            triangles,
+            segments,
+            notes,
         })
     }
 
@@ -327,12 +373,18 @@ impl Parts {
     }
 }
 
-/// The vertices that elements use, in their order, by which the elements are renumbered. In a time that
-/// does not depend on the other vertices: a file may have many parts.
-fn take_used<const N: usize>(all: &[DVec3], elements: &mut [[u32; N]]) -> Vec<DVec3> {
+/// The vertices that elements use, ascending.
+fn used<const N: usize>(elements: &[[u32; N]]) -> Vec<u32> {
     let mut used: Vec<u32> = elements.iter().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
+    used
+}
+
+/// The vertices that elements use, in their order, by which the elements are renumbered. In a time that
+/// does not depend on the other vertices: a file may have many parts.
+fn take_used<const N: usize>(all: &[DVec3], elements: &mut [[u32; N]]) -> Vec<DVec3> {
+    let used = used(elements);
     for corner in elements.iter_mut().flatten() {
         // Each is among those that are used.
         *corner = used.partition_point(|&other| other < *corner) as u32;

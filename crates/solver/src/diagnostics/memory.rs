@@ -55,6 +55,7 @@ pub fn topology(topology: &Topology) -> usize {
     let tetrahedron = 2 * size_of::<f32>();
     topology.rest.len() * particle
         + topology.numbering.bytes()
+        + topology.groups.bytes()
         + topology.edges.ends().len() * edge
         + topology.tetrahedra.corners().len() * tetrahedron
         + topology.edges.elements.bytes()

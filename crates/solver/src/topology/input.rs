@@ -1,6 +1,7 @@
 //! Validation of rest shapes.
 
 use super::{
+    groups::{GroupName, MAX_GROUPS},
     index::{ParticleIndex, VertexIndex},
     numbering::Numbering,
     rest_shape::RestShape,
@@ -65,6 +66,25 @@ pub enum TopologyError {
     /// A shape of grains has elements.
     #[error("the shape has radii and {0} elements; grains have no edges, triangles or tetrahedra")]
     GrainsWithElements(usize),
+    /// There are more groups than a body can have.
+    #[error("the shape has {0} groups of vertices, but at most {MAX_GROUPS} are supported")]
+    TooManyGroups(usize),
+    /// A group has no name.
+    #[error("group {0} of vertices has no name; expected 1 to 31 bytes")]
+    UnnamedGroup(usize),
+    /// Two groups have the same name.
+    #[error("two groups of vertices have the name “{0}”; expected different names")]
+    RepeatedGroup(GroupName),
+    /// A group refers to a vertex that does not exist.
+    #[error("group “{group}” refers to vertex {vertex}; expected 0 to {last}", last = vertices - 1)]
+    GroupVertex {
+        /// Name of the group.
+        group: GroupName,
+        /// The invalid index.
+        vertex: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
     /// An element refers to a vertex twice.
     #[error("{element} {index} refers to vertex {vertex} more than once")]
     RepeatedVertex {

@@ -12,6 +12,7 @@ mod enclosure;
 mod facets;
 mod flow;
 mod frames;
+pub(crate) mod groups;
 pub mod hinges;
 pub(crate) mod id;
 pub(crate) mod index;

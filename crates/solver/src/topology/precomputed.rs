@@ -3,6 +3,7 @@
 use super::{
     Cotangents, Dimension, Edges, Enclosure, Facets, Frames, Hinges, Identity, LeftOut, NotClosed,
     Surface, Tetrahedra, bounds,
+    groups::{Group, GroupName, Groups},
     id::TopologyId,
     index::{ParticleIndex, VertexIndex},
     input::{
@@ -53,6 +54,8 @@ pub struct Topology {
     pub triangles: Arc<[[u32; 3]]>,
     /// Radius of each particle [m]; empty unless they are grains.
     pub radii: Arc<[f32]>,
+    /// Named groups of the particles.
+    pub groups: Groups,
     /// Kind of elements that carry the mass of the body.
     pub dimension: Dimension,
     /// Lowest and highest corner of the bounding box at rest [m], of the centers of grains.
@@ -105,8 +108,8 @@ impl Topology {
     /// Validates a rest shape and precomputes the data for the solver.
     ///
     /// # Errors
-    /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an element with
-    /// an index out of range or repeated.
+    /// [`TopologyError`] for an empty shape, a coordinate that is not finite, an element with an index
+    /// out of range or repeated, or invalid groups.
     pub fn new(shape: RestShape) -> Result<Self, TopologyError> {
         Self::with(shape, |count, ends, corners| {
             Arc::new(if count < MIN_CUT {
@@ -167,6 +170,7 @@ impl Topology {
             let vertex = |particle| numbering.vertex(ParticleIndex(particle)).index();
             radii.extend(particles.map(|particle| given[vertex(particle)]));
         }
+        let groups = Groups::new(&shape.groups, &numbering, count)?;
         let at = |i: u32| rest[i as usize].as_dvec3();
         let (corners, flat_tetrahedra) = without_flat(corners, at);
         let dimension = if !radii.is_empty() {
@@ -211,6 +215,7 @@ impl Topology {
             partitions: Arc::new(partitions),
             triangles: triangles.into(),
             radii: radii.into(),
+            groups,
             numbering,
             dimension,
             bounds: [low, high],
@@ -229,6 +234,23 @@ impl Topology {
             original: None,
             identity: Identity::default(),
         })
+    }
+
+    /// Adds a named group of vertices.
+    ///
+    /// # Errors
+    /// [`TopologyError`] for an empty name, one that the body already has, more than 32 groups, and a
+    /// vertex that does not exist; nothing has changed in this case.
+    pub fn add_group(
+        &mut self,
+        name: GroupName,
+        vertices: impl IntoIterator<Item = VertexIndex>,
+    ) -> Result<(), TopologyError> {
+        let mut groups = self.groups.of_vertices(&self.numbering);
+        let vertices = vertices.into_iter().map(|vertex| vertex.0).collect();
+        groups.push(Group { name, vertices });
+        self.groups = Groups::new(&groups, &self.numbering, self.particles())?;
+        Ok(())
     }
 
     /// Memory use of the lazily computed parts in bytes.
@@ -271,6 +293,7 @@ impl Topology {
                     .map(|vertex| self.radii[self.numbering.particle(vertex).index()])
                     .collect(),
             },
+            groups: self.groups.of_vertices(&self.numbering),
         }
     }
 

@@ -99,6 +99,9 @@ impl Topology {
         };
         let mut topology = Self::numbered(shape, Numbering::default())?;
         topology.is_renewed = true;
+        let stay = renewal.kept.iter().copied().map(Some);
+        let sources = stay.chain(births().map(|_| None));
+        topology.groups = self.groups.carried(sources);
         Ok(Renewed {
             topology: Arc::new(topology),
             kept: renewal.kept.clone(),

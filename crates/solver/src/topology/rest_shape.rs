@@ -1,5 +1,6 @@
 //! Input of a [`Topology`](crate::Topology).
 
+use super::groups::Group;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -35,4 +36,7 @@ pub struct RestShape {
     /// Radii of grains [m], one per vertex; empty for all other shapes.
     #[serde(default)]
     pub radii: Vec<f32>,
+    /// Named groups of vertices, at most 32.
+    #[serde(default)]
+    pub groups: Vec<Group>,
 }

@@ -2,7 +2,7 @@
 //! whole state from before, or not by itself, as it is a part of another one.
 
 use crate::{
-    effect::EffectRegistry,
+    effect::{Effect, EffectRegistry, ForceMask},
     sandbox::panel::gather,
     simulation::{
         Action, BodyDensity, SimulationClock, SimulationSettings, SpawnOrder,
@@ -38,6 +38,7 @@ pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
             (Undoing::State, title(world, action))
         }
         Action::SetParameter { .. }
+        | Action::SetForceGroup { .. }
         | Action::AddEffect { .. }
         | Action::RemoveEffect { .. }
         | Action::SetDensity { .. }
@@ -100,6 +101,7 @@ pub fn inverse(world: &World, action: &Action) -> Vec<Action<SpawnOrder>> {
             parameter,
             ..
         } => value(world, *body, effect, parameter).map(|action| vec![action]),
+        Action::SetForceGroup { body, .. } => group(world, *body).map(|action| vec![action]),
         Action::AddEffect { body, effect } if !carries(world, *body, effect) => order(world, *body)
             .map(|body| {
                 let effect = effect.clone();
@@ -143,6 +145,7 @@ pub fn same_target(one: &Action<SpawnOrder>, other: &Action<SpawnOrder>) -> bool
                 ..
             },
         ) => (body, effect, parameter) == (other_body, other_effect, other_parameter),
+        (Action::SetForceGroup { body: a, .. }, Action::SetForceGroup { body: b, .. }) => a == b,
         _ => false,
     }
 }
@@ -170,6 +173,15 @@ fn value(world: &World, body: Entity, effect: &str, parameter: &str) -> Option<A
     })
 }
 
+/// The action that chooses the current group of the force mask.
+fn group(world: &World, body: Entity) -> Option<Action<SpawnOrder>> {
+    let mask = world.get_entity(body).ok()?.get::<ForceMask>()?;
+    Some(Action::SetForceGroup {
+        body: order(world, body)?,
+        group: mask.group,
+    })
+}
+
 /// Actions that add an effect again with all its current parameters.
 fn with_parameters(world: &World, body: Entity, effect: &str) -> Option<Vec<Action<SpawnOrder>>> {
     let info = world.resource::<EffectRegistry>().get(effect)?;
@@ -179,7 +191,14 @@ fn with_parameters(world: &World, body: Entity, effect: &str) -> Option<Vec<Acti
     };
     let names = info.parameters.iter().map(|parameter| parameter.name);
     let set = names.filter_map(|parameter| value(world, body, effect, parameter));
-    Some([add].into_iter().chain(set).collect())
+    let group = (effect == ForceMask::NAME).then(|| group(world, body));
+    Some(
+        [add]
+            .into_iter()
+            .chain(set)
+            .chain(group.flatten())
+            .collect(),
+    )
 }
 
 /// Title of an action.
@@ -199,6 +218,7 @@ fn title(world: &World, action: &Action) -> String {
             let parameter = found.map_or(parameter.as_str(), |it| it.title);
             format!("{} {}", effect_title(effect), within(parameter))
         }
+        Action::SetForceGroup { .. } => format!("{} group", ForceMask::TITLE),
         Action::SetSetting { name, .. } => gather::setting_title(name).unwrap_or(name).to_owned(),
         Action::AddEffect { effect, .. } => format!("Add {}", within(&effect_title(effect))),
         Action::RemoveEffect { effect, .. } => format!("Remove {}", within(&effect_title(effect))),

@@ -2,12 +2,12 @@
 
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Fraction, Topology};
+use crate::{Fraction, GroupName, Topology};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// Limits all force fields of the body to a part of it: a box, given by fractions of the bounding
-/// box of the body at rest. Gravity, external forces of an app and effects of an app act
+/// box of the body at rest, and within it a named group of its vertices. Gravity, external forces of an app and effects of an app act
 /// everywhere; without a force field, the mask does nothing.
 ///
 /// Each particle has a weight by its place at rest, so that the mask moves with the material, and
@@ -15,13 +15,14 @@ use serde::{Deserialize, Serialize};
 ///
 /// w = 1 − t²(3 − 2t), t = min(d/f, 1),
 ///
-/// with d the distance from the part and f the width of the transition; 1 inside. Every change of
+/// with d the distance from the box and f the width of the transition; 1 inside. With a group, it is
+/// 0 for particles that are not in it. Every change of
 /// velocity by a force is multiplied by it. What is stable and implicit, such as [`Drag`](crate::Drag),
 /// remains so: the result lies between the velocities without and with the force.
 ///
 /// The bounding box is that of all vertices, also of those that no element uses. Along an axis in which the body is flat, all of it is inside. Where a lower limit is above the
-/// upper one, the part is empty and no force acts. Grains have no shape at rest: forces act on all
-/// of them.
+/// upper one, the part is empty and no force acts, nor where the body has no group of the name.
+/// Grains have no shape at rest: the box contains all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -44,7 +45,9 @@ pub struct ForceMask {
     pub high_y: Fraction,
     /// Upper limit along z; default 1.
     pub high_z: Fraction,
-    /// Width of the transition outside of the part, as a fraction of the longest side of the
+    /// Name of the group of vertices on which the forces act; default empty, the whole body.
+    pub group: GroupName,
+    /// Width of the transition outside of the box, as a fraction of the longest side of the
     /// bounding box; default 0, a sharp edge.
     pub fade: Fraction,
 }
@@ -59,6 +62,7 @@ impl Default for ForceMask {
             high_x: all,
             high_y: all,
             high_z: all,
+            group: GroupName::default(),
             fade: none,
         }
     }
@@ -82,9 +86,10 @@ impl ForceMask {
         let [none, all] = [0.0, 1.0].map(Fraction::of);
         [self.low_x, self.low_y, self.low_z] == [none; 3]
             && [self.high_x, self.high_y, self.high_z] == [all; 3]
+            && self.group.is_empty()
     }
 
-    /// Weight of each particle of a body, from 0 to 1; 1 for grains.
+    /// Weight of each particle of a body, from 0 to 1.
     pub fn weights<'a>(&self, topology: &'a Topology) -> impl Fn(u32) -> f64 + use<'a> {
         let [low, high] = topology.bounds.map(|corner| corner.as_dvec3());
         let at = |x: Fraction, y: Fraction, z: Fraction| {
@@ -97,7 +102,11 @@ impl ForceMask {
         let to = at(self.high_x, self.high_y, self.high_z) + margin;
         let width = f64::from(self.fade) * (high - low).max_element();
         let (has_rest, is_empty) = (topology.radii.is_empty(), self.is_empty());
+        let is_in = topology.groups.membership(self.group);
         move |i| {
+            if !is_in(i) {
+                return 0.0;
+            }
             if !has_rest {
                 return 1.0;
             }

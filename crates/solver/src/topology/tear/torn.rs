@@ -272,6 +272,7 @@ impl<'a> Structure<'a> {
             tetrahedra,
             triangles: triangles.into(),
             radii: topology.radii.clone(),
+            groups: topology.groups.carried(sources.iter().copied().map(Some)),
             dimension: topology.dimension,
             bounds: topology.bounds,
             size: topology.size,
