@@ -12,6 +12,7 @@ mod measure;
 mod native;
 mod peer;
 mod peers;
+mod process;
 mod sanity;
 mod scenes;
 mod table;
@@ -45,7 +46,7 @@ struct Arguments {
     #[arg(long, conflicts_with_all = ["rows", "quick"])]
     contact: bool,
     /// Find the least time to an error of 10 %, 1 % and 0.1 % on bodies at rest
-    #[arg(long, conflicts_with_all = ["contact", "threads", "newton"])]
+    #[arg(long, conflicts_with_all = ["contact", "threads"])]
     accuracy: bool,
     /// Measure fewer and shorter rounds
     #[arg(long)]
@@ -173,7 +174,8 @@ fn measure_accuracy(
     // Before minutes of measurement, not after them.
     let document = arguments.splice.as_deref().map(spliced).transpose()?;
     let _only_thread = one_thread()?;
-    let findings = accuracy::measure(&names, peers, left_out, Machine::look(), effort)?;
+    let newton = arguments.newton.as_deref();
+    let findings = accuracy::measure(&names, peers, newton, left_out, Machine::look(), effort)?;
     let table = findings.markdown()?;
     write_results(arguments, &table, &findings)?;
     if let (Some(file), Some(text)) = (&arguments.splice, document) {

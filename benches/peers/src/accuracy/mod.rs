@@ -21,7 +21,7 @@ use anyhow::{Context, anyhow};
 use serde::Serialize;
 use settle::Patience;
 use solvers::Solver;
-use std::time::Duration;
+use std::{path::Path, time::Duration};
 use sweep::{Effort, Outcome};
 
 /// A solver in the table.
@@ -90,18 +90,19 @@ pub fn splice(text: &str, table: &str) -> Option<String> {
     Some(format!("{before}{begin}\n{table}{end}{after}"))
 }
 
-/// Measures the named problems with the solvers of these peers.
+/// Measures the named problems with the solvers of these peers; those of Newton run in a Python.
 ///
 /// # Errors
 /// If a problem cannot be built or has no answer.
 pub fn measure(
     names: &[&str],
     peers: &[Box<dyn Peer>],
+    newton: Option<&Path>,
     left_out: Vec<String>,
     machine: Machine,
     effort: Effort,
 ) -> anyhow::Result<Findings> {
-    let mut solvers = solvers::all();
+    let mut solvers = solvers::all(newton);
     solvers.retain(|solver| peers.iter().any(|peer| peer.name() == solver.peer()));
     let mut outcomes = Vec::new();
     for name in names {
@@ -155,13 +156,16 @@ mod tests {
 
     /// Error at rest of a solver with a setting.
     fn error_of(solver: &str, problem: &str, setting: Setting) -> f64 {
+        error_with(&solvers::all(None), solver, problem, setting)
+    }
+
+    fn error_with(all: &[Box<dyn Solver>], solver: &str, problem: &str, setting: Setting) -> f64 {
         let problem = problems::build(problem).expect("it is a problem");
         let answer = body::answer(&problem).expect("it has an answer");
         let measure = Measure::new(&problem, answer.positions);
         let inverse = inverse_masses(&problem).expect("it has masses");
         let mass = |&w: &f32| if w > 0.0 { 1.0 / f64::from(w) } else { 0.0 };
         let masses: Vec<f64> = inverse.iter().map(mass).collect();
-        let all = solvers::all();
         let solver = all.iter().find(|it| it.name() == solver);
         let solver = solver.expect("it is a solver");
         let mut trial = solver.build(&problem, setting).expect("it can be built");

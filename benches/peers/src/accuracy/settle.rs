@@ -11,7 +11,6 @@
 
 use super::{error::Measure, solvers::Trial};
 use crate::scenes::RATE;
-use cpu_time::ProcessTime;
 use glam::DVec3;
 use serde::Serialize;
 use std::time::Duration;
@@ -82,7 +81,7 @@ pub fn is_settled(remaining: f64, error: f64) -> bool {
 /// Steps until the body is at rest.
 ///
 /// # Errors
-/// If a position is not finite, after how many seconds.
+/// If a position is not finite, after how many seconds, or if the process of the trial failed.
 pub fn settle(
     trial: &mut dyn Trial,
     measure: &Measure,
@@ -101,6 +100,9 @@ pub fn settle(
     };
     while rest.seconds < f64::from(patience.seconds) && search.spent < patience.time {
         let mut window = search.window(trial, true);
+        if let Some(reason) = trial.failure() {
+            return Err(reason.to_owned());
+        }
         rest.remaining = f64::INFINITY;
         if let Some(last) = &last {
             steps.push(measure.between(last, &window.mean));
@@ -175,9 +177,7 @@ impl<'a> Search<'a> {
         for _ in 0..WINDOW {
             std::mem::swap(&mut self.older, &mut self.before);
             std::mem::swap(&mut self.before, &mut self.now);
-            let start = ProcessTime::now();
-            trial.tick();
-            self.spent += start.elapsed();
+            self.spent += trial.advance(1);
             self.ticks += 1;
             trial.positions(&mut self.now);
             if damped {
