@@ -54,6 +54,10 @@ struct Arguments {
     /// Number of rounds [default: 9, or 3 with --quick]
     #[arg(long)]
     rounds: Option<u32>,
+    /// With --accuracy, most expensive setting that is tried, in milliseconds per simulated second; the processor time
+    /// of each search for rest changes in proportion [default: 160, or 60 with --quick]
+    #[arg(long, value_name = "MS", requires = "accuracy", value_parser = milliseconds)]
+    limit: Option<f64>,
     /// Number of threads in the second column [default: all of the machine]
     #[arg(long)]
     threads: Option<usize>,
@@ -171,6 +175,9 @@ fn measure_accuracy(
     let names = rows(&arguments.rows, &accuracy::problems::NAMES)?;
     let mut effort = accuracy::effort(arguments.quick);
     effort.rounds = arguments.rounds.unwrap_or(effort.rounds).max(1);
+    if let Some(limit) = arguments.limit {
+        effort = effort.with_limit(limit);
+    }
     // Before minutes of measurement, not after them.
     let document = arguments.splice.as_deref().map(spliced).transpose()?;
     let _only_thread = one_thread()?;
@@ -203,6 +210,15 @@ fn one_thread() -> anyhow::Result<rayon::ThreadPool> {
     let builder = rayon::ThreadPoolBuilder::new().num_threads(1);
     let pool = builder.use_current_thread().build();
     pool.context("starting a pool of one thread")
+}
+
+/// A positive time [ms] of up to an hour.
+fn milliseconds(text: &str) -> Result<f64, String> {
+    let most = 3.6e6;
+    let number = text.parse().ok();
+    number
+        .filter(|ms: &f64| *ms > 0.0 && *ms <= most)
+        .ok_or_else(|| format!("expected a number above 0 and up to {most}"))
 }
 
 /// Default number of rounds of scenes in which bodies touch, each a run of some seconds.

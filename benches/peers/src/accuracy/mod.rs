@@ -238,6 +238,31 @@ mod tests {
         }
     }
 
+    /// Newton was given the compliances, the bulk modulus and the Lamé parameters, as it converges to the reference.
+    #[test]
+    #[ignore = "needs Newton: PLIANT_NEWTON=PYTHON names a Python that has it"]
+    fn newton_has_the_same_elastic_laws() {
+        let python = std::env::var_os("PLIANT_NEWTON").expect("it names a Python");
+        let all = solvers::all(Some(Path::new(&python)));
+        for (solver, problem) in [
+            ("Newton XPBD", "chain"),
+            ("Newton XPBD", "jelly-springs"),
+            ("Newton VBD", "chain"),
+            ("Newton VBD", "jelly-springs"),
+            ("Newton VBD", "jelly"),
+        ] {
+            let error = error_with(&all, solver, problem, Setting::new(16, 16));
+            assert!(error < 1e-3, "{solver} {problem}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_larger_limit_has_more_patience() {
+        let [short, long] = [effort(false), effort(false).with_limit(1600.0)];
+        assert_eq!(long.most, 1600.0);
+        assert_eq!(long.patience.time, 10 * short.patience.time);
+    }
+
     #[cfg(feature = "rapier")]
     #[test]
     fn rapier_has_the_same_elastic_law() {

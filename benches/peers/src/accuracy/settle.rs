@@ -30,6 +30,9 @@ const MIN_WAY: f64 = 1e-4;
 /// Steps between windows below this are rounding errors, relative to the displacement.
 const ROUNDING: f64 = 2e-6;
 
+/// A body with this error has diverged: in all problems, it is more than twice its size away.
+const DIVERGED: f64 = 1e3;
+
 /// State at the end of a search for rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rest {
@@ -81,7 +84,7 @@ pub fn is_settled(remaining: f64, error: f64) -> bool {
 /// Steps until the body is at rest.
 ///
 /// # Errors
-/// If a position is not finite, after how many seconds, or if the process of the trial failed.
+/// If the body diverges or a position is not finite, after how many seconds, or if the process of the trial failed.
 pub fn settle(
     trial: &mut dyn Trial,
     measure: &Measure,
@@ -123,6 +126,9 @@ pub fn settle(
         rest.ms_per_second = search.spent.as_secs_f64() * 1e3 / rest.seconds;
         if !rest.error.is_finite() {
             return Err(format!("not finite after {} s", rest.seconds));
+        }
+        if rest.error > DIVERGED {
+            return Err(format!("diverged after {} s", rest.seconds));
         }
         if rest.settled {
             break;

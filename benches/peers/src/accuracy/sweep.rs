@@ -45,6 +45,16 @@ pub struct Effort {
     pub slice: Duration,
 }
 
+impl Effort {
+    /// With another most expensive setting [ms per simulated second], and the time of a search for rest in proportion.
+    #[must_use]
+    pub fn with_limit(mut self, most: f64) -> Self {
+        self.patience.time = self.patience.time.mul_f64(most / self.most);
+        self.most = most;
+        self
+    }
+}
+
 /// A setting, its error and its time.
 #[derive(Debug, Clone, Serialize)]
 pub struct Point {

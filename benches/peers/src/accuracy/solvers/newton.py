@@ -17,7 +17,7 @@ import warp as wp
 
 answers = sys.stdout
 sys.stdout = sys.stderr  # Warp prints to the standard output, which is for answers only.
-wp.config.quiet = True
+wp.config.log_level = wp.LOG_ERROR
 
 import newton  # noqa: E402  (after Warp was set to be quiet)
 

@@ -40,7 +40,7 @@ const RELAXATIONS: [f32; 3] = [0.9, 0.3, 0.1];
 
 /// Bulk moduli of rigid volumes that are tried in VBD, relative to 1/(αL) with the compliance α and
 /// the length L of the shortest edge.
-const BULK: [f32; 3] = [3.0, 30.0, 300.0];
+const BULK: [f32; 3] = [1.0, 4.0, 16.0];
 
 /// Second Lamé parameter of rigid volumes in XPBD [Pa]: no compliance in single precision.
 const RIGID: f32 = 1e20;
@@ -169,7 +169,7 @@ impl Solver for Newton {
             Method::Vbd => {
                 "`SolverVBD` on the CPU with the same steps and iterations, recorded as a graph; \
                  colors of a greedy coloring with springs, which its own omits; rigid volumes with a bulk \
-                 modulus K of 3, 30 or 300 times 1/(αL), of the compliance α and the length L of the \
+                 modulus K of 1, 4 or 16 times 1/(αL), of the compliance α and the length L of the \
                  shortest edge."
             }
         }
