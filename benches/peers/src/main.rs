@@ -12,6 +12,7 @@ mod measure;
 mod native;
 mod peer;
 mod peers;
+mod process;
 mod sanity;
 mod scenes;
 mod table;
@@ -45,7 +46,7 @@ struct Arguments {
     #[arg(long, conflicts_with_all = ["rows", "quick"])]
     contact: bool,
     /// Find the least time to an error of 10 %, 1 % and 0.1 % on bodies at rest
-    #[arg(long, conflicts_with_all = ["contact", "threads", "newton"])]
+    #[arg(long, conflicts_with_all = ["contact", "threads"])]
     accuracy: bool,
     /// Measure fewer and shorter rounds
     #[arg(long)]
@@ -53,6 +54,10 @@ struct Arguments {
     /// Number of rounds [default: 9, or 3 with --quick]
     #[arg(long)]
     rounds: Option<u32>,
+    /// With --accuracy, most expensive setting that is tried, in milliseconds per simulated second; the processor time
+    /// of each search for rest changes in proportion [default: 160, or 60 with --quick]
+    #[arg(long, value_name = "MS", requires = "accuracy", value_parser = milliseconds)]
+    limit: Option<f64>,
     /// Number of threads in the second column [default: all of the machine]
     #[arg(long)]
     threads: Option<usize>,
@@ -170,10 +175,14 @@ fn measure_accuracy(
     let names = rows(&arguments.rows, &accuracy::problems::NAMES)?;
     let mut effort = accuracy::effort(arguments.quick);
     effort.rounds = arguments.rounds.unwrap_or(effort.rounds).max(1);
+    if let Some(limit) = arguments.limit {
+        effort = effort.with_limit(limit);
+    }
     // Before minutes of measurement, not after them.
     let document = arguments.splice.as_deref().map(spliced).transpose()?;
     let _only_thread = one_thread()?;
-    let findings = accuracy::measure(&names, peers, left_out, Machine::look(), effort)?;
+    let newton = arguments.newton.as_deref();
+    let findings = accuracy::measure(&names, peers, newton, left_out, Machine::look(), effort)?;
     let table = findings.markdown()?;
     write_results(arguments, &table, &findings)?;
     if let (Some(file), Some(text)) = (&arguments.splice, document) {
@@ -201,6 +210,15 @@ fn one_thread() -> anyhow::Result<rayon::ThreadPool> {
     let builder = rayon::ThreadPoolBuilder::new().num_threads(1);
     let pool = builder.use_current_thread().build();
     pool.context("starting a pool of one thread")
+}
+
+/// A positive time [ms] of up to an hour.
+fn milliseconds(text: &str) -> Result<f64, String> {
+    let most = 3.6e6;
+    let number = text.parse().ok();
+    number
+        .filter(|ms: &f64| *ms > 0.0 && *ms <= most)
+        .ok_or_else(|| format!("expected a number above 0 and up to {most}"))
 }
 
 /// Default number of rounds of scenes in which bodies touch, each a run of some seconds.

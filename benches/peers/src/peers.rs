@@ -31,9 +31,10 @@ pub fn all(newton: Option<&Path>) -> (Vec<Box<dyn Peer>>, Vec<String>) {
     for name in ["Jolt", "OxiPhysics", "Bullet"] {
         take(name, found(name));
     }
-    if let Some(python) = newton {
-        take("Newton", newton::find(python));
-    }
+    take(
+        "Newton",
+        newton.map_or_else(newton::not_asked_for, newton::find),
+    );
     (peers, left_out)
 }
 

@@ -166,7 +166,8 @@ fn extrapolated(levels: Vec<Vec<DVec3>>, ratio: f64) -> Vec<Vec<DVec3>> {
 }
 
 /// Length of the shortest edge [m].
-fn shortest_edge(problem: &Problem) -> f32 {
+#[must_use]
+pub fn shortest_edge(problem: &Problem) -> f32 {
     let shape = &problem.shape;
     let length =
         |&[a, b]: &[u32; 2]| shape.vertices[a as usize].distance(shape.vertices[b as usize]);

@@ -90,6 +90,7 @@ mod tests {
         Entry {
             solver,
             refusal: None,
+            failure: None,
             points,
         }
     }

@@ -22,13 +22,15 @@ const COLUMNS: usize = 3;
 const HEADER: u32 = 64;
 
 /// Colors that differ in lightness as well as in hue (after Okabe and Ito 2008).
-const COLORS: [RGBColor; 6] = [
+const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(86, 180, 233),
     RGBColor(213, 94, 0),
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
+    RGBColor(90, 90, 90),
+    RGBColor(170, 170, 170),
 ];
 
 /// Color of the targets.
@@ -147,7 +149,7 @@ fn mark<'a, C: Clone + 'static>(at: C, solver: usize) -> DynElement<'static, SVG
         1 => Circle::new(at, 4, style.stroke_width(2)).into_dyn(),
         2 => TriangleMarker::new(at, 5, style.filled()).into_dyn(),
         3 => TriangleMarker::new(at, 5, style.stroke_width(2)).into_dyn(),
-        4 => Cross::new(at, 4, style.stroke_width(2)).into_dyn(),
+        4 | 7 => Cross::new(at, 4, style.stroke_width(2)).into_dyn(),
         _ => Circle::new(at, 2, style.filled()).into_dyn(),
     }
 }

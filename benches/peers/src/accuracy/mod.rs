@@ -21,7 +21,7 @@ use anyhow::{Context, anyhow};
 use serde::Serialize;
 use settle::Patience;
 use solvers::Solver;
-use std::time::Duration;
+use std::{path::Path, time::Duration};
 use sweep::{Effort, Outcome};
 
 /// A solver in the table.
@@ -90,18 +90,19 @@ pub fn splice(text: &str, table: &str) -> Option<String> {
     Some(format!("{before}{begin}\n{table}{end}{after}"))
 }
 
-/// Measures the named problems with the solvers of these peers.
+/// Measures the named problems with the solvers of these peers; those of Newton run in a Python.
 ///
 /// # Errors
 /// If a problem cannot be built or has no answer.
 pub fn measure(
     names: &[&str],
     peers: &[Box<dyn Peer>],
+    newton: Option<&Path>,
     left_out: Vec<String>,
     machine: Machine,
     effort: Effort,
 ) -> anyhow::Result<Findings> {
-    let mut solvers = solvers::all();
+    let mut solvers = solvers::all(newton);
     solvers.retain(|solver| peers.iter().any(|peer| peer.name() == solver.peer()));
     let mut outcomes = Vec::new();
     for name in names {
@@ -155,13 +156,16 @@ mod tests {
 
     /// Error at rest of a solver with a setting.
     fn error_of(solver: &str, problem: &str, setting: Setting) -> f64 {
+        error_with(&solvers::all(None), solver, problem, setting)
+    }
+
+    fn error_with(all: &[Box<dyn Solver>], solver: &str, problem: &str, setting: Setting) -> f64 {
         let problem = problems::build(problem).expect("it is a problem");
         let answer = body::answer(&problem).expect("it has an answer");
         let measure = Measure::new(&problem, answer.positions);
         let inverse = inverse_masses(&problem).expect("it has masses");
         let mass = |&w: &f32| if w > 0.0 { 1.0 / f64::from(w) } else { 0.0 };
         let masses: Vec<f64> = inverse.iter().map(mass).collect();
-        let all = solvers::all();
         let solver = all.iter().find(|it| it.name() == solver);
         let solver = solver.expect("it is a solver");
         let mut trial = solver.build(&problem, setting).expect("it can be built");
@@ -232,6 +236,31 @@ mod tests {
             let error = error_of(solver, problem, setting);
             assert!(error < largest, "{solver} {problem}: {error}");
         }
+    }
+
+    /// Newton was given the compliances, the bulk modulus and the Lamé parameters, as it converges to the reference.
+    #[test]
+    #[ignore = "needs Newton: PLIANT_NEWTON=PYTHON names a Python that has it"]
+    fn newton_has_the_same_elastic_laws() {
+        let python = std::env::var_os("PLIANT_NEWTON").expect("it names a Python");
+        let all = solvers::all(Some(Path::new(&python)));
+        for (solver, problem, substeps) in [
+            ("Newton XPBD", "chain", 8),
+            ("Newton XPBD", "jelly-springs", 16),
+            ("Newton VBD", "chain", 16),
+            ("Newton VBD", "jelly-springs", 16),
+            ("Newton VBD", "jelly", 16),
+        ] {
+            let error = error_with(&all, solver, problem, Setting::new(substeps, 16));
+            assert!(error < 1e-3, "{solver} {problem}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_larger_limit_has_more_patience() {
+        let [short, long] = [effort(false), effort(false).with_limit(1600.0)];
+        assert_eq!(long.most, 1600.0);
+        assert_eq!(long.patience.time, 10 * short.patience.time);
     }
 
     #[cfg(feature = "rapier")]

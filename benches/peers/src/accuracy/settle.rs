@@ -11,7 +11,6 @@
 
 use super::{error::Measure, solvers::Trial};
 use crate::scenes::RATE;
-use cpu_time::ProcessTime;
 use glam::DVec3;
 use serde::Serialize;
 use std::time::Duration;
@@ -30,6 +29,9 @@ const MIN_WAY: f64 = 1e-4;
 
 /// Steps between windows below this are rounding errors, relative to the displacement.
 const ROUNDING: f64 = 2e-6;
+
+/// A body with this error has diverged: in all problems, it is more than twice its size away.
+const DIVERGED: f64 = 1e3;
 
 /// State at the end of a search for rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -82,7 +84,7 @@ pub fn is_settled(remaining: f64, error: f64) -> bool {
 /// Steps until the body is at rest.
 ///
 /// # Errors
-/// If a position is not finite, after how many seconds.
+/// If the body diverges or a position is not finite, after how many seconds, or if the process of the trial failed.
 pub fn settle(
     trial: &mut dyn Trial,
     measure: &Measure,
@@ -101,6 +103,9 @@ pub fn settle(
     };
     while rest.seconds < f64::from(patience.seconds) && search.spent < patience.time {
         let mut window = search.window(trial, true);
+        if let Some(reason) = trial.failure() {
+            return Err(reason.to_owned());
+        }
         rest.remaining = f64::INFINITY;
         if let Some(last) = &last {
             steps.push(measure.between(last, &window.mean));
@@ -121,6 +126,9 @@ pub fn settle(
         rest.ms_per_second = search.spent.as_secs_f64() * 1e3 / rest.seconds;
         if !rest.error.is_finite() {
             return Err(format!("not finite after {} s", rest.seconds));
+        }
+        if rest.error > DIVERGED {
+            return Err(format!("diverged after {} s", rest.seconds));
         }
         if rest.settled {
             break;
@@ -175,9 +183,7 @@ impl<'a> Search<'a> {
         for _ in 0..WINDOW {
             std::mem::swap(&mut self.older, &mut self.before);
             std::mem::swap(&mut self.before, &mut self.now);
-            let start = ProcessTime::now();
-            trial.tick();
-            self.spent += start.elapsed();
+            self.spent += trial.advance(1);
             self.ticks += 1;
             trial.positions(&mut self.now);
             if damped {

@@ -18,7 +18,6 @@ use super::{
     solvers::{Family, Setting, Solver, Trial},
 };
 use crate::{measure::Spread, peer::PeerError, scenes::RATE};
-use cpu_time::ProcessTime;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -44,6 +43,16 @@ pub struct Effort {
     pub rounds: u32,
     /// Time of one setting in a round.
     pub slice: Duration,
+}
+
+impl Effort {
+    /// With another most expensive setting [ms per simulated second], and the time of a search for rest in proportion.
+    #[must_use]
+    pub fn with_limit(mut self, most: f64) -> Self {
+        self.patience.time = self.patience.time.mul_f64(most / self.most);
+        self.most = most;
+        self
+    }
 }
 
 /// A setting, its error and its time.
@@ -82,6 +91,8 @@ pub struct Entry {
     pub solver: &'static str,
     /// Reason why it cannot take the problem, if any.
     pub refusal: Option<String>,
+    /// Why it stopped before all settings were tried, if its process failed.
+    pub failure: Option<String>,
     /// The settings that were tried.
     pub points: Vec<Point>,
 }
@@ -128,8 +139,10 @@ pub fn sweep(
     for (place, solver) in solvers.iter().enumerate() {
         let refusal = solver.refusal(problem).map(str::to_owned);
         let mut points = Vec::new();
+        let mut failure = None;
         if refusal.is_none() {
-            let tried = try_all(solver.as_ref(), problem, &measure, &masses, effort);
+            let (tried, failed) = try_all(solver.as_ref(), problem, &measure, &masses, effort);
+            failure = failed;
             let worth = worth_timing(&tried);
             for ((point, trial), worth) in tried.into_iter().zip(worth) {
                 if let (Some(trial), Some((ms, _))) = (trial.filter(|_| worth), point.estimate()) {
@@ -143,6 +156,7 @@ pub fn sweep(
         entries.push(Entry {
             solver: solver.name(),
             refusal,
+            failure,
             points,
         });
     }
@@ -152,7 +166,16 @@ pub fn sweep(
         }
     }
     for timed in alive {
-        entries[timed.solver].points[timed.point].ms = Some(Spread::of(&timed.rounds));
+        let entry = &mut entries[timed.solver];
+        match timed.trial.failure() {
+            Some(reason) => entry.failure = Some(reason.to_owned()),
+            None => entry.points[timed.point].ms = Some(Spread::of(&timed.rounds)),
+        }
+    }
+    for entry in &entries {
+        if let Some(reason) = &entry.failure {
+            eprintln!("{} failed on {}: {reason}", entry.solver, problem.name);
+        }
     }
     let (edges, tetrahedra) = problem.constraints();
     let displacement = displacement(problem, answer);
@@ -202,15 +225,18 @@ struct Attempts<'a> {
     /// Settings that take longer are not tried [ms per simulated second].
     limit: f64,
     tried: Vec<Tried>,
+    /// Why the process of the solver failed, if it did.
+    failure: Option<String>,
 }
 
+/// The points, and the reason why it ended early, if it did.
 fn try_all(
     solver: &dyn Solver,
     problem: &Problem,
     measure: &Measure,
     masses: &[f64],
     effort: &Effort,
-) -> Vec<Tried> {
+) -> (Vec<Tried>, Option<String>) {
     let mut settings = solver.settings(problem);
     settings.sort_by_key(Setting::work);
     let mut attempts = Attempts {
@@ -221,6 +247,7 @@ fn try_all(
         patience: &effort.patience,
         limit: effort.most,
         tried: Vec::new(),
+        failure: None,
     };
     let one_family = settings
         .iter()
@@ -237,17 +264,23 @@ fn try_all(
             attempts.attempt(setting);
         }
     }
-    attempts.tried
+    (attempts.tried, attempts.failure)
 }
 
 impl Attempts<'_> {
-    /// Tries a setting, unless it takes too long.
+    /// Tries a setting, unless it takes too long, or the process of the solver has failed.
     fn attempt(&mut self, setting: Setting) {
+        if self.failure.is_some() {
+            return;
+        }
         let mut trial = match self.solver.build(self.problem, setting) {
             Ok(trial) => trial,
             Err(error) => {
-                self.tried
-                    .push((point(setting, Err(error.to_string())), None));
+                let reason = error.to_string();
+                if matches!(error, PeerError::Process(_)) {
+                    self.failure = Some(reason.clone());
+                }
+                self.tried.push((point(setting, Err(reason)), None));
                 return;
             }
         };
@@ -256,6 +289,7 @@ impl Attempts<'_> {
         }
         let rest = settle(trial.as_mut(), self.measure, self.masses, self.patience)
             .and_then(|rest| check(self.problem, trial.as_mut()).map(|()| rest));
+        self.failure = trial.failure().map(str::to_owned);
         if let Ok(rest) = &rest
             && rest.settled
             && rest.error <= TARGETS[TARGETS.len() - 1]
@@ -307,13 +341,8 @@ fn point(setting: Setting, rest: Result<Rest, String>) -> Point {
 
 /// Time per simulated second of the first ticks [ms], the minimum of three.
 fn probe(trial: &mut dyn Trial) -> f64 {
-    let mut least = f64::INFINITY;
-    for _ in 0..3 {
-        let start = ProcessTime::now();
-        trial.tick();
-        least = least.min(start.elapsed().as_secs_f64() * 1e3 * f64::from(RATE));
-    }
-    least
+    let times = (0..3).map(|_| trial.advance(1).as_secs_f64());
+    times.fold(f64::INFINITY, f64::min) * 1e3 * f64::from(RATE)
 }
 
 /// A trial at rest that is timed.
@@ -341,9 +370,7 @@ impl Timed {
     fn round(&mut self) {
         // The first tick after another solver finds cold caches.
         self.trial.tick();
-        let start = ProcessTime::now();
-        (0..self.ticks).for_each(|_| self.trial.tick());
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = self.trial.advance(self.ticks).as_secs_f64();
         self.rounds
             .push(seconds * 1e3 * f64::from(RATE) / f64::from(self.ticks));
     }

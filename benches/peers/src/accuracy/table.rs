@@ -51,6 +51,7 @@ fn cell(entry: &Entry, target: f64, won: Option<(&'static str, bool)>) -> String
     let Some(found) = cheapest(entry, target) else {
         return match best_error(entry) {
             Some(error) => format!("not reached (best {} %)", percent(error)),
+            None if entry.failure.is_some() => "failed".into(),
             None => "does not come to rest".into(),
         };
     };
@@ -115,6 +116,14 @@ fn solvers(text: &mut String, findings: &Findings) -> fmt::Result {
             "- **{}** {}: {}",
             solver.name, solver.version, solver.setup
         )?;
+    }
+    for outcome in &findings.outcomes {
+        for entry in &outcome.entries {
+            if let Some(reason) = &entry.failure {
+                let (solver, problem) = (entry.solver, outcome.problem);
+                writeln!(text, "- {solver} failed on `{problem}`: {reason}.")?;
+            }
+        }
     }
     for sentence in &findings.left_out {
         writeln!(text, "- {sentence}")?;

@@ -8,7 +8,7 @@ import warp as wp
 
 answers = sys.stdout
 sys.stdout = sys.stderr  # Warp prints to the standard output, which is for answers only.
-wp.config.quiet = True
+wp.config.log_level = wp.LOG_ERROR
 
 import newton  # noqa: E402  (after Warp was set to be quiet)
 
@@ -60,16 +60,18 @@ def main():
     control = model.control()
     # Warp compiles its kernels when they are first used.
     solver.step(model.state(), model.state(), control, None, scene["step"])
+    # As Newton's examples do: the substeps of a tick are recorded, and replayed without Python.
     states = [model.state(), model.state()]
+    with wp.ScopedCapture(device="cpu") as recorded:
+        for _ in range(scene["substeps"]):
+            states[0].clear_forces()
+            solver.step(states[0], states[1], control, None, scene["step"])
+            states.reverse()
     answers.write("built\n")
     answers.flush()
     for line in sys.stdin:
         if line.strip() == "tick":
-            for _ in range(scene["substeps"]):
-                states[0].clear_forces()
-                solver.step(states[0], states[1], control, None, scene["step"])
-                states.reverse()
-            wp.synchronize()
+            wp.capture_launch(recorded.graph)
             answers.write("done\n")
         else:
             positions = states[0].particle_q.numpy().astype(float)

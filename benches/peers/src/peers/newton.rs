@@ -5,41 +5,48 @@
 
 use crate::{
     peer::{Counts, Peer, PeerError, Report, Run},
+    process::Process,
     scenes::{GRAVITY, RATE, SUBSTEPS, Scene},
 };
 use glam::Vec3;
 use serde::Deserialize;
 use std::{
-    io::{BufRead, BufReader, Write},
     path::{Path, PathBuf},
-    process::{Child, ChildStdin, ChildStdout, Command, Stdio},
+    process::Command,
+    time::Duration,
 };
 
 const SCRIPT: &str = include_str!("newton.py");
+
+/// Why Newton is left out without a Python.
+///
+/// # Errors
+/// [`PeerError::Missing`] in any case.
+pub fn not_asked_for() -> Result<Box<dyn Peer>, PeerError> {
+    Err(PeerError::Missing(
+        "`--newton PYTHON` names a Python that has it (`pip install newton`)".into(),
+    ))
+}
 
 /// Newton, if it is installed for this Python.
 ///
 /// # Errors
 /// [`PeerError::Missing`] if it cannot be imported.
 pub fn find(python: &Path) -> Result<Box<dyn Peer>, PeerError> {
-    let missing = |reason: String| {
-        let python = python.display();
-        PeerError::Missing(format!("{python} cannot import it ({reason})"))
-    };
-    let output = Command::new(python)
-        .args(["-c", "import newton; print(newton.__version__)"])
-        .output()
-        .map_err(|error| missing(error.to_string()))?;
-    let lines = |bytes: &[u8]| {
-        let text = String::from_utf8_lossy(bytes);
-        text.lines().last().unwrap_or("it said nothing").to_owned()
-    };
-    if !output.status.success() {
-        return Err(missing(lines(&output.stderr)));
-    }
+    // What Warp prints goes to the standard error.
+    let script = "import sys; answers = sys.stdout; sys.stdout = sys.stderr; import newton; \
+                  print(newton.__version__, file=answers)";
+    let version = Process::start(Command::new(python).args(["-c", script]))
+        .and_then(|mut process| process.ask("", LIMIT))
+        .map_err(|error| {
+            let python = python.display();
+            PeerError::Missing(format!(
+                "{python} cannot import it ({error}); install it with `{python} -m pip install newton`"
+            ))
+        })?;
     Ok(Box::new(Newton {
         python: python.into(),
-        version: lines(&output.stdout),
+        version,
     }))
 }
 
@@ -60,8 +67,8 @@ impl Peer for Newton {
     fn settings(&self) -> &'static str {
         "`SolverXPBD` on the CPU, one iteration a step, a step a substep. It projects by Jacobi \
          with sums left undamped, so edges and tetrahedra are made as soft as twelve and \
-         twenty-four to a particle need to stay stable; a tetrahedron is two constraints, shape and volume, and counts as two. Each \
-         step has an overhead of kernel launches, which small scenes see. One thread."
+         twenty-four to a particle need to stay stable; a tetrahedron is two constraints, shape and volume, and counts as two. The \
+         substeps of a tick are recorded as a graph (`ScopedCapture`). One thread."
     }
 
     fn is_parallel(&self) -> bool {
@@ -69,21 +76,8 @@ impl Peer for Newton {
     }
 
     fn build(&self, scene: &Scene, _threads: usize) -> Result<Box<dyn Run>, PeerError> {
-        let failed = |error: std::io::Error| PeerError::Process(error.to_string());
-        let mut process = Command::new(&self.python)
-            .args(["-c", SCRIPT])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .map_err(failed)?;
-        let pipes = process.stdin.take().zip(process.stdout.take());
-        let (input, output) = pipes.ok_or_else(|| PeerError::Process("it has no pipes".into()))?;
-        let mut running = Running {
-            process,
-            input,
-            output: BufReader::new(output),
-        };
+        let process = Process::start(Command::new(&self.python).args(["-c", SCRIPT]))?;
+        let mut running = Running(process);
         let shape = &scene.shape;
         let description = serde_json::json!({
             "vertices": shape.vertices,
@@ -100,11 +94,10 @@ impl Peer for Newton {
     }
 }
 
-struct Running {
-    process: Child,
-    input: ChildStdin,
-    output: BufReader<ChildStdout>,
-}
+/// The longest time of an answer: Warp compiles its kernels when they are first used.
+const LIMIT: Duration = Duration::from_secs(900);
+
+struct Running(Process);
 
 #[derive(Deserialize)]
 struct Answer {
@@ -116,15 +109,7 @@ struct Answer {
 
 impl Running {
     fn ask(&mut self, line: &str) -> Result<String, PeerError> {
-        let mut answer = String::new();
-        writeln!(self.input, "{line}")
-            .and_then(|()| self.input.flush())
-            .and_then(|()| self.output.read_line(&mut answer))
-            .map_err(|error| PeerError::Process(error.to_string()))?;
-        if answer.is_empty() {
-            return Err(PeerError::Process("it ended early".into()));
-        }
-        Ok(answer)
+        self.0.ask(line, LIMIT)
     }
 }
 
@@ -149,14 +134,5 @@ impl Run for Running {
                 .map(|x| Vec3::from_array(x.map(number)))
                 .collect(),
         })
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // The process may already have ended.
-        if self.process.kill().is_ok() {
-            let _ = self.process.wait();
-        }
     }
 }

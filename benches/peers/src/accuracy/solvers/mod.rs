@@ -2,6 +2,7 @@
 
 #[cfg(jolt)]
 mod jolt;
+mod newton;
 #[cfg(feature = "oxiphysics")]
 mod oxiphysics;
 mod pliant;
@@ -10,8 +11,10 @@ mod rapier;
 
 use super::problems::Problem;
 use crate::peer::{Counts, PeerError};
+use cpu_time::ProcessTime;
 use glam::DVec3;
 use serde::Serialize;
+use std::{path::Path, time::Duration};
 
 /// A setting of a solver.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -26,16 +29,26 @@ pub struct Setting {
     pub damping: Option<f32>,
     /// Relative residual of its linear systems, unless it is the default.
     pub tolerance: Option<f32>,
+    /// Bulk modulus of rigid volumes [Pa], for a solver that has no rigid ones.
+    pub bulk: Option<f32>,
+    /// Factor of the corrections of tetrahedra, for a solver that adds them up.
+    pub relaxation: Option<f32>,
 }
 
 /// Parameters of a setting other than substeps and iterations.
-pub type Family = [Option<f32>; 3];
+pub type Family = [Option<f32>; 5];
 
 impl Setting {
     /// Its other parameters.
     #[must_use]
     pub const fn family(&self) -> Family {
-        [self.frequency, self.damping, self.tolerance]
+        [
+            self.frequency,
+            self.damping,
+            self.tolerance,
+            self.bulk,
+            self.relaxation,
+        ]
     }
 
     /// Whether it is on the coarser grid of substeps, which are powers of four, and
@@ -55,6 +68,8 @@ impl Setting {
             frequency: None,
             damping: None,
             tolerance: None,
+            bulk: None,
+            relaxation: None,
         }
     }
 
@@ -78,6 +93,12 @@ impl std::fmt::Display for Setting {
         if let Some(tolerance) = self.tolerance {
             write!(f, ", ε {tolerance}")?;
         }
+        if let Some(bulk) = self.bulk {
+            write!(f, ", K {:.2} MPa", bulk / 1e6)?;
+        }
+        if let Some(relaxation) = self.relaxation {
+            write!(f, ", ω {relaxation}")?;
+        }
         Ok(())
     }
 }
@@ -86,12 +107,22 @@ impl std::fmt::Display for Setting {
 pub trait Trial {
     /// Steps 1/60 s, with one thread.
     fn tick(&mut self);
+    /// Steps a number of ticks, and returns the processor time that they took.
+    fn advance(&mut self, ticks: u32) -> Duration {
+        let start = ProcessTime::now();
+        (0..ticks).for_each(|_| self.tick());
+        start.elapsed()
+    }
     /// Writes the positions [m], in the order of the mesh.
     fn positions(&mut self, positions: &mut Vec<DVec3>);
     /// Moves the movable particles to positions [m], in the order of the mesh, without velocity.
     fn place(&mut self, positions: &[DVec3]);
     /// Number of constraints; elastic tetrahedra count as tetrahedra.
     fn counts(&self) -> Counts;
+    /// Why it steps no more, if its process failed.
+    fn failure(&self) -> Option<&str> {
+        None
+    }
 }
 
 /// A solver of a peer.
@@ -115,9 +146,9 @@ pub trait Solver {
     fn build(&self, problem: &Problem, setting: Setting) -> Result<Box<dyn Trial>, PeerError>;
 }
 
-/// The solvers of this build.
+/// The solvers of this build, and those of Newton in a Python.
 #[must_use]
-pub fn all() -> Vec<Box<dyn Solver>> {
+pub fn all(newton: Option<&Path>) -> Vec<Box<dyn Solver>> {
     let mut all: Vec<Box<dyn Solver>> = Vec::new();
     all.push(Box::new(pliant::Pliant::GaussSeidel));
     all.push(Box::new(pliant::Pliant::Direct));
@@ -130,6 +161,11 @@ pub fn all() -> Vec<Box<dyn Solver>> {
     all.push(Box::new(jolt::Jolt));
     #[cfg(feature = "oxiphysics")]
     all.push(Box::new(oxiphysics::OxiPhysics));
+    if let Some(python) = newton {
+        for solver in newton::Newton::all(python) {
+            all.push(Box::new(solver));
+        }
+    }
     all
 }
 
