@@ -156,7 +156,8 @@ impl Window {
             ..current.scene.run_options()
         };
         let done = run(&built, &options, |_| ())?;
-        say(notes_text(&built.notes) + &in_words(&current.scene.title, &done))?;
+        let notes = [&built.notes[..], &done.notes].concat();
+        say(notes_text(&notes) + &in_words(&current.scene.title, &done))?;
         let folder = folder()?;
         let (figures, picture) = (folder.join("run.csv"), folder.join("run.svg"));
         csv::write(&figures, &done.history)?;

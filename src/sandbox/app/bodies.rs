@@ -312,7 +312,22 @@ pub fn paste(world: &mut World, scope: &Scope) {
 /// stitches, stay.
 pub fn apply(world: &mut World, scope: &Scope, parameters: &BodyParameters) {
     for body in bodies(world, scope) {
-        let actions = actions(world, body, parameters);
+        let mut parameters = parameters.clone();
+        let mask = parameters.effects.force_mask.map(|mask| mask.group);
+        let topology = world.entity(body).get::<SoftBody>();
+        if let Some((group, topology)) = mask.zip(topology)
+            && !group.is_empty()
+            && !topology.groups.contains(group)
+        {
+            // A mask of the whole body would let the forces act everywhere.
+            parameters.effects.force_mask = None;
+            let name = name_of(world, body);
+            report(
+                world,
+                &format!("“{name}” has no group “{group}”: it gets no force mask"),
+            );
+        }
+        let actions = actions(world, body, &parameters);
         let mut pending = world.resource_mut::<Actions>();
         for action in actions {
             pending.push(action);

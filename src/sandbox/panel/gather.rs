@@ -364,7 +364,9 @@ fn group(world: &World, effect: &str, shown: &[Entity]) -> Option<GroupModel> {
         }
     }
     let first = chosen.first().copied();
-    (!names.is_empty()).then(|| GroupModel {
+    // Also a group that no body has can be replaced by the whole body.
+    let any = !names.is_empty() || chosen.iter().any(|group| !group.is_empty());
+    any.then(|| GroupModel {
         names,
         chosen: first.filter(|first| chosen.iter().all(|it| it == first)),
     })

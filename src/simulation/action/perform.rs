@@ -310,7 +310,7 @@ fn set_force_group(world: &mut World, body: Entity, group: GroupName) -> Result<
             kind: "group",
             name: group.to_string(),
             valid: match names.is_empty() {
-                true => "none".to_owned(),
+                true => "the empty name, as the body has no groups".to_owned(),
                 false => names.join(", "),
             },
         });

@@ -187,7 +187,8 @@ impl<F: Fn([u32; 4]) -> bool> Ask<4> for Folded<F> {
         let edge = difference(&x[1], &x[0]);
         let (first, second) = (difference(&x[2], &x[0]), difference(&x[3], &x[0]));
         let (n1, n2) = (cross(&edge, &first), cross(&second, &edge));
-        let bound = (dot(&n1, &n1) * dot(&n2, &n2)).sqrt() * self.cosine;
+        // The product of the squares would overflow for edges of kilometers.
+        let bound = dot(&n1, &n1).sqrt() * dot(&n2, &n2).sqrt() * self.cosine;
         let size = dot(&edge, &edge) * (dot(&first, &first) * dot(&second, &second)).sqrt();
         let is_open = (dot(&n1, &n2) - bound).simd_gt(size * FOLD_ERROR);
         if !is_open.any_false() {

@@ -88,6 +88,12 @@ impl EffectStates {
         }
     }
 
+    /// Resets multipliers and sums, whose values after an error would depend on the threads.
+    pub(crate) fn clear_solutions(&mut self) {
+        self.multipliers.iter_mut().for_each(|it| it.fill(0.0));
+        self.sums.fill(Vec4::ZERO);
+    }
+
     /// Sums of the displacements of averaged passes, by particle.
     pub(crate) fn sums(&mut self) -> &mut [Vec4] {
         &mut self.sums

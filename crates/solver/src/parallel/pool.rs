@@ -155,12 +155,13 @@ impl PoolState {
     /// Number of the call, if workers must be called: not if all of them are awake, or have been called
     /// and have not come yet.
     fn calls(&self, workers: usize) -> Option<u64> {
-        let come =
-            self.awake.load(Ordering::SeqCst) == workers || self.called.load(Ordering::Acquire) > 0;
-        if come {
+        if self.awake.load(Ordering::SeqCst) == workers {
             return None;
         }
-        self.called.store(workers, Ordering::Release);
+        // One of several callers calls them.
+        self.called
+            .compare_exchange(0, workers, Ordering::AcqRel, Ordering::Acquire)
+            .ok()?;
         Some(self.call.fetch_add(1, Ordering::AcqRel) + 1)
     }
 
@@ -324,6 +325,26 @@ mod tests {
             done.fetch_add(1, Ordering::Relaxed);
         });
         assert!(done.into_inner() > 0);
+    }
+
+    #[test]
+    fn several_callers_call_each_worker_once() {
+        let pool = Pool::start(2).expect("the system starts threads");
+        thread::scope(|scope| {
+            for _ in 0..3 {
+                scope.spawn(|| {
+                    for _ in 0..300 {
+                        pool.wake();
+                        pool.run(&|_| (0..50).for_each(|_| std::hint::spin_loop()));
+                        assert!(pool.shared.called.load(Ordering::SeqCst) <= pool.workers());
+                    }
+                });
+            }
+        });
+        // All calls are followed in the end.
+        while pool.shared.called.load(Ordering::SeqCst) > 0 {
+            thread::yield_now();
+        }
     }
 
     /// With several callers of one pool, a panic is propagated to the caller whose work it was.

@@ -115,11 +115,6 @@ impl Threads {
         if !self.pays(all) {
             return items.iter_mut().for_each(|item| work(item, &one));
         }
-        // They come while the caller does what comes before the divisible work.
-        #[cfg(feature = "parallel")]
-        if let Some(pool) = &self.pool {
-            pool.wake();
-        }
         let is_large = |item: &T| {
             let WorkEstimate {
                 projections,
@@ -127,14 +122,19 @@ impl Threads {
             } = load(item);
             pieces > 1 && projections * 2 * self.count() > all
         };
-        let large = items.iter_mut().filter(|item| is_large(item));
-        large.for_each(|item| work(item, self));
         let small = || items.iter().filter(|item| !is_large(item));
         // A single remaining item does not justify waking other threads.
         let projections = match small().count() {
             0 | 1 => 0,
             _ => small().map(projections).sum(),
         };
+        // They come while the caller does what comes before the divisible work of a large item.
+        #[cfg(feature = "parallel")]
+        if let Some(pool) = self.pool.as_ref().filter(|_| items.iter().any(is_large)) {
+            pool.wake();
+        }
+        let large = items.iter_mut().filter(|item| is_large(item));
+        large.for_each(|item| work(item, self));
         let small = items.iter_mut().filter(|item| !is_large(item));
         self.distribute(small, projections, &|item| work(item, &one));
     }

@@ -462,6 +462,10 @@ impl Stepper<'_> {
         if shared.touched() {
             self.particles.touch();
         }
+        if result.is_err() {
+            // Pieces far from the failed one may be some phases ahead of it.
+            self.states.clear_solutions();
+        }
         result
     }
 }

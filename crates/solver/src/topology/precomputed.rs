@@ -250,6 +250,10 @@ impl Topology {
         let vertices = vertices.into_iter().map(|vertex| vertex.0).collect();
         groups.push(Group { name, vertices });
         self.groups = Groups::new(&groups, &self.numbering, self.particles())?;
+        // Rest values that flow are stored beside the shape that they began with.
+        if let Some(original) = &mut self.original {
+            Arc::make_mut(original).groups = self.groups.clone();
+        }
         Ok(())
     }
 

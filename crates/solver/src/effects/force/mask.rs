@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// The bounding box is that of all vertices, also of those that no element uses. Along an axis in which the body is flat, all of it is inside. Where a lower limit is above the
 /// upper one, the part is empty and no force acts, nor where the body has no group of the name.
-/// Grains have no shape at rest: the box contains all of them.
+/// Grains have no shape at rest: forces act on all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -89,7 +89,7 @@ impl ForceMask {
             && self.group.is_empty()
     }
 
-    /// Weight of each particle of a body, from 0 to 1.
+    /// Weight of each particle of a body, from 0 to 1; 1 for grains.
     pub fn weights<'a>(&self, topology: &'a Topology) -> impl Fn(u32) -> f64 + use<'a> {
         let [low, high] = topology.bounds.map(|corner| corner.as_dvec3());
         let at = |x: Fraction, y: Fraction, z: Fraction| {
@@ -104,11 +104,11 @@ impl ForceMask {
         let (has_rest, is_empty) = (topology.radii.is_empty(), self.is_empty());
         let is_in = topology.groups.membership(self.group);
         move |i| {
-            if !is_in(i) {
-                return 0.0;
-            }
             if !has_rest {
                 return 1.0;
+            }
+            if !is_in(i) {
+                return 0.0;
             }
             let x = topology.rest[i as usize].as_dvec3();
             let outside = (from - x).max(x - to).max(DVec3::ZERO);
