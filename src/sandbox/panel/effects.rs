@@ -150,8 +150,11 @@ fn group_row(ui: &mut Ui, panel: &mut Panel, group: &GroupModel) {
     };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = theme::GAP;
-        let width = parameter::title_width(ui);
-        ui.add_sized([width, theme::ROW], Label::new("Group").halign(Align::LEFT));
+        let size = vec2(parameter::title_width(ui), theme::ROW);
+        ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+            ui.set_min_width(size.x);
+            ui.label("Group");
+        });
         let width = ui.available_width() - parameter::RESET - theme::GAP;
         let combo = ComboBox::from_id_salt("force_mask.group")
             .selected_text(group.chosen.map_or("(several)".to_owned(), title))
