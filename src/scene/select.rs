@@ -50,8 +50,11 @@ pub(super) fn select(
         }
         if found.len() == before {
             let last = positions.len() - 1;
+            let entry = ron::to_string(entry).unwrap_or_else(|_| format!("{entry:?}"));
+            let [low, high] =
+                [low, high].map(|x| Vec3::select(x.abs().cmple(Vec3::splat(slack)), Vec3::ZERO, x));
             return Err(format!(
-                "{entry:?} {does} nothing; the body extends from {low} to {high} m and has vertices 0 to {last}"
+                "{entry} {does} nothing; the body extends from {low} to {high} m and has vertices 0 to {last}"
             ));
         }
     }
