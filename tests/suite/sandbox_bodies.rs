@@ -14,7 +14,7 @@ use pliant::{
     },
     scene::{BodyParameters, Look, Scene},
     simulation::{Actions, BodyDensity, plain},
-    solver::{Particles, Stretch},
+    solver::{ForceMask, Particles, Stretch, Wind},
 };
 
 const TEXT: &str = r#"Scene(
@@ -156,6 +156,20 @@ fn parameters_that_a_body_cannot_have_are_refused_with_the_reason() {
         errors.iter().any(|error| error.contains("pressure")),
         "{errors:?}"
     );
+}
+
+#[test]
+fn a_mask_of_a_group_that_the_body_has_not_is_not_pasted() {
+    let (mut app, all) = window();
+    let text = "effects: (stretch: (), wind: (z: 8), force_mask: (group: \"sail\"))";
+    let parameters = BodyParameters::parse("test", text).expect("sound");
+    bodies::apply(app.world_mut(), &Scope::body(all[1]), &parameters);
+    assert_eq!(errors(&mut app), Vec::<String>::new());
+    let cloth = app.world().entity(all[1]);
+    assert!(cloth.contains::<Wind>() && !cloth.contains::<ForceMask>());
+    let notices = app.world().resource::<Notices>();
+    let said: Vec<_> = notices.iter().map(|notice| notice.text.clone()).collect();
+    assert_eq!(said, ["“cloth” has no group “sail”: it gets no force mask"]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use pliant::{
     scene::{
         Scene,
         registry::{self, BuiltinScene, SCENES},
-        run::{headless, run},
+        run::{RunOptions, headless, run},
     },
     simulation::{plain, tick},
     solver::{Body, Substeps, World, topology::bounds},
@@ -89,6 +89,34 @@ fn a_body_that_runs_apart_fails_its_acceptance() {
         .join("; ");
     assert!(reasons.contains("volume alone: has"), "{reasons}");
     assert!(reasons.contains("times its size at rest"), "{reasons}");
+}
+
+/// What the panel says of an effect, a run says too, once for all bodies that it holds for.
+#[test]
+fn notes_of_effects_name_their_bodies() {
+    let text = r#"Scene(
+        title: "Notes", look_at: "", bodies: [
+            (name: "a", primitive: Rope(length: 1, segments: 4), effects: (stretch: (), tethers: ())),
+            (name: "b", primitive: Rope(length: 1, segments: 4), effects: (stretch: (), tethers: ())),
+            (name: "c", primitive: Rope(length: 1, segments: 4), pins: [Vertex(0)],
+                effects: (stretch: (), tethers: (), force_mask: ())),
+        ],
+        acceptance: (seconds: 1, checks: []),
+    )"#;
+    let scene: Scene = text.parse().expect("sound");
+    let built = scene.build().expect("sound");
+    let options = RunOptions {
+        seconds: Some(0.05),
+        ..RunOptions::default()
+    };
+    let done = run(&built, &options, |_| ()).expect("nothing is overridden");
+    assert_eq!(
+        done.notes,
+        [
+            "force_mask of 'c': Does nothing: the body carries no force field.",
+            "tethers of 'a' and 1 more: Tethers begin at pins, and the body has none.",
+        ]
+    );
 }
 
 /// The acceptance of a scene does not depend on its settings: it also holds with 10 and with 40
