@@ -156,11 +156,15 @@ impl Repair {
             return;
         }
         repair.drawn.resize(topology.particles(), false);
-        repair.find_regions(body);
+        if repair.drawn.contains(&true) {
+            repair.find_regions(body);
+        } else {
+            repair.regions.clear();
+        }
         let mut strains = std::mem::take(&mut repair.regions.strains);
         strains.clear();
         strains.resize(topology.particles(), 0.0_f32);
-        body.tangles(particles, |corners, strain| {
+        let tangled = body.tangles(particles, |corners, strain| {
             for &i in corners {
                 let largest = &mut strains[i as usize];
                 *largest = largest.max(strain as f32);
@@ -184,16 +188,19 @@ impl Repair {
         if body.collapsed(particles, |corners| mark(&mut damaged, corners)) < body.min_collapsed() {
             damaged.fill(false);
         }
-        if body.tangles(particles, |corners, _| repair.has_lasted(corners)) >= MIN_TANGLED_LENGTH {
+        let lasting = || body.tangles(particles, |corners, _| repair.has_lasted(corners));
+        if tangled >= MIN_TANGLED_LENGTH && lasting() >= MIN_TANGLED_LENGTH {
             for (damaged, &strain) in damaged.iter_mut().zip(&strains) {
                 *damaged |= strain > 0.0;
             }
         }
-        body.each(|corners, _| {
-            if corners.iter().any(|&i| damaged[i as usize]) {
-                mark(&mut repair.drawn, corners);
-            }
-        });
+        if damaged.contains(&true) {
+            body.each(|corners, _| {
+                if corners.iter().any(|&i| damaged[i as usize]) {
+                    mark(&mut repair.drawn, corners);
+                }
+            });
+        }
         repair.regions.damaged = damaged;
         repair.regions.strains = strains;
         if repair.drawn.contains(&true) {
