@@ -124,13 +124,14 @@ impl Threads {
         };
         let small = || items.iter().filter(|item| !is_large(item));
         // A single remaining item does not justify waking other threads.
-        let projections = match small().count() {
+        let count = small().count();
+        let projections = match count {
             0 | 1 => 0,
             _ => small().map(projections).sum(),
         };
         // They come while the caller does what comes before the divisible work of a large item.
         #[cfg(feature = "parallel")]
-        if let Some(pool) = self.pool.as_ref().filter(|_| items.iter().any(is_large)) {
+        if let Some(pool) = self.pool.as_ref().filter(|_| count < items.len()) {
             pool.wake();
         }
         let large = items.iter_mut().filter(|item| is_large(item));

@@ -7,8 +7,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// Limits all force fields of the body to a part of it: a box, given by fractions of the bounding
-/// box of the body at rest, and within it a named group of its vertices. Gravity, external forces of an app and effects of an app act
-/// everywhere; without a force field, the mask does nothing.
+/// box of the body at rest, and within it a named group of its vertices. Gravity, external forces of
+/// an app and effects of an app act everywhere; without a force field, the mask does nothing.
 ///
 /// Each particle has a weight by its place at rest, so that the mask moves with the material, and
 /// both copies of a particle keep theirs where a body tears:
@@ -16,8 +16,7 @@ use serde::{Deserialize, Serialize};
 /// w = 1 − t²(3 − 2t), t = min(d/f, 1),
 ///
 /// with d the distance from the box and f the width of the transition; 1 inside. With a group, it is
-/// 0 for particles that are not in it. Every change of
-/// velocity by a force is multiplied by it. What is stable and implicit, such as [`Drag`](crate::Drag),
+/// 0 for particles that are not in it. Every change of velocity by a force is multiplied by it. What is stable and implicit, such as [`Drag`](crate::Drag),
 /// remains so: the result lies between the velocities without and with the force.
 ///
 /// The bounding box is that of all vertices, also of those that no element uses. Along an axis in which the body is flat, all of it is inside. Where a lower limit is above the
