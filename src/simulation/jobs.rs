@@ -5,9 +5,10 @@ use super::{
     SolverThreads, SpawnOrder, SurfaceContact, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
-    ContactCounts, Contacts, EffectStates, Effects, Particles, Stitches, Substep, Threads,
-    WorkEstimate,
+    ContactCounts, Contacts, EffectStates, Effects, Particles, Settings, Stitches, Substep,
+    Threads, WorkEstimate,
     advance::{NotFinite, Stage, StepContext, Stepper, Watch},
+    copies::{self, Candidate},
     direct::DirectWorkspace,
     joints::Joined,
     ledger::{self, Ledger},
@@ -93,6 +94,19 @@ impl Job<'_> {
             .as_ref()
             .map_or(&self.absent.1, |direct| &direct.0);
         direct.load(&self.effects, &self.body.0, iterations)
+    }
+
+    /// Whether the two are stepped, and can be side by side.
+    fn is_copy_of(&self, other: &Self, settings: &Settings) -> bool {
+        if !(self.is_active && other.is_active) {
+            return false;
+        }
+        let [body, other] = [self, other].map(|it| Candidate {
+            topology: &it.body.0,
+            effects: &it.effects,
+            stitches: it.stitches.as_deref(),
+        });
+        body.is_copy_of(&other, settings)
     }
 
     fn stepper(&mut self) -> Stepper<'_> {
@@ -260,6 +274,9 @@ pub(super) struct Bodies<'w, 's> {
 /// Work on bodies that are stepped together, where it differs from that on each body.
 type Together<'a> = &'a dyn Fn(&mut [GroupedBody], &mut Contacts, &StepContext);
 
+/// Work on copies of a body that is faster than that on each of them.
+type OnCopies<'a> = &'a (dyn Fn(&mut [Job], &StepContext) + Sync);
+
 impl Bodies<'_, '_> {
     /// Whether each substep needs a start step: for a body under repair, or for bodies that touch.
     pub fn begin_each_substep(&self) -> bool {
@@ -300,6 +317,7 @@ impl Bodies<'_, '_> {
                 stepper.begin(step, context);
                 Ok(Ledger::default())
             },
+            None,
             Some(&|group, contacts, context| {
                 together::each(group, context, |it, _| kept.prepare(&mut it.body));
                 together::begin(group, contacts, step, context);
@@ -315,6 +333,15 @@ impl Bodies<'_, '_> {
     ) -> impl Iterator<Item = Outcome> {
         let context = self.current.context(&self.threads);
         let iterations = substeps.len() * context.settings.substep(0).total_iterations() as usize;
+        let on_copies: OnCopies = &|jobs, context| {
+            for job in &mut *jobs {
+                kept.prepare(&mut job.stepper());
+            }
+            let results = copies::advance(jobs.iter_mut().map(Job::stepper), substeps, context);
+            for (job, result) in jobs.iter_mut().zip(results) {
+                job.outcome = result.map(|()| Ledger::default());
+            }
+        };
         self.work(
             iterations,
             |_, _, _| true,
@@ -327,6 +354,7 @@ impl Bodies<'_, '_> {
                     Ok(Ledger::default())
                 }
             },
+            Some(on_copies).filter(|_| !tracked),
             Some(&|group, contacts, context| {
                 together::each(group, context, |it, _| kept.prepare(&mut it.body));
                 together::advance(group, contacts, substeps.clone(), tracked, context);
@@ -381,18 +409,20 @@ impl Bodies<'_, '_> {
             Stage::Postsolve => Some(finish),
             _ => None,
         };
-        self.work(1, has_it, each, together);
+        self.work(1, has_it, each, None, together);
         self.outcomes.drain(..)
     }
 
     /// Runs `each`, with a work estimate for this number of iterations, on every body that is
     /// `wanted` by its effects, by whether it has stitches, and by whether it is joined to another
-    /// body; on bodies that touch or are joined, runs `together` instead, if given.
+    /// body; on copies of a body, runs `on_copies` instead, and on bodies that touch or are joined,
+    /// `together`, if given.
     fn work(
         &mut self,
         iterations: usize,
         wanted: impl Fn(&Effects, bool, bool) -> bool,
         each: impl Fn(&mut Stepper, &StepContext) -> Result<Ledger, NotFinite> + Sync,
+        on_copies: Option<OnCopies>,
         together: Option<Together>,
     ) {
         let mut jobs = reused(take(&mut *self.room));
@@ -458,12 +488,24 @@ impl Bodies<'_, '_> {
             true => job.load(iterations),
             false => WorkEstimate::default(),
         };
-        self.threads
-            .for_each(alone, load, &|job: &mut Job, threads: &Threads| {
-                if job.is_active {
-                    job.outcome = each(&mut job.stepper(), &StepContext { threads, ..context });
+        let are_copies =
+            |a: &Job, b: &Job| on_copies.is_some() && a.is_copy_of(b, context.settings);
+        let size =
+            |first: &Job, copies, threads| copies::group_size(&first.body.0, copies, threads);
+        self.threads.for_each_group(
+            alone,
+            (are_copies, size),
+            load,
+            &|jobs: &mut [Job], threads: &Threads| {
+                let context = StepContext { threads, ..context };
+                match (jobs, on_copies) {
+                    ([job], _) if job.is_active => job.outcome = each(&mut job.stepper(), &context),
+                    ([_], _) => {}
+                    (jobs, Some(on_copies)) => on_copies(jobs, &context),
+                    (_, None) => unreachable!("nothing else has groups"),
                 }
-            });
+            },
+        );
         if let Some(together) = together {
             let BodyContacts {
                 contacts,

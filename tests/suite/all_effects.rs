@@ -108,7 +108,7 @@ impl Sample for Grab {
 }
 
 /// A shape with many elements of every kind that it supports.
-fn shape(on: &On) -> (RestShape, f32) {
+pub fn shape(on: &On) -> (RestShape, f32) {
     let built = |primitive: Primitive| primitive.build().expect("sound").shape;
     match on {
         On::Solid => (cube(0.4, 2), 1000.0),

@@ -105,6 +105,7 @@ mod solver_closed_forms;
 mod solver_collider;
 mod solver_collision_iterations;
 mod solver_contact;
+mod solver_copies;
 mod solver_direct;
 mod solver_effective;
 mod solver_emitter;

@@ -65,7 +65,7 @@ pub mod topology;
 
 pub use diagnostics::{effective, field, ledger, measure, memory, modes, resolution};
 pub use step::{
-    advance, emission, joints, masses, renew, repair, rest, rolling, spin, stages, together,
+    advance, copies, emission, joints, masses, renew, repair, rest, rolling, spin, stages, together,
 };
 
 use effects::{elastic, force};

@@ -4,11 +4,11 @@
 
 use glam::{DVec3, UVec2, Vec3};
 use pliant_solver::{
-    Bend, Body, Collide, Collider, ColliderShape, Compliance, Contact, Density, Direct, Effects,
-    Force, Grab, Ground, IsometricBend, Iterations, Membrane, NeoHookean, ParticleIndex, Particles,
-    Plasticity, Pose, Pressure, RestShape, Rod, SelfContact, ShapeMatching, SmoothingIterations,
-    StickyGround, Stitch, StitchEnd, Stitches, StrainLimit, Stretch, Struts, Substeps,
-    SurfacePoint, Tethers, Threads, Topology, VertexIndex, Volume, Weave, Wind, World,
+    Bend, Body, Collide, Collider, ColliderShape, Compliance, Contact, Damping, Density, Direct,
+    Effects, Force, Grab, Ground, IsometricBend, Iterations, Membrane, NeoHookean, ParticleIndex,
+    Particles, Plasticity, Pose, Pressure, RestShape, Rod, SelfContact, ShapeMatching,
+    SmoothingIterations, StickyGround, Stitch, StitchEnd, Stitches, StrainLimit, Stretch, Struts,
+    Substeps, SurfacePoint, Tethers, Threads, Topology, VertexIndex, Volume, Weave, Wind, World,
     kernel::{
         Block, Blocks, Columns, Lanes, Projected, Vectors, difference, f32x8, iterate, scaled,
     },
@@ -173,6 +173,32 @@ fn effects_of_sheets() {
     let mut world = world(bodies.to_vec(), [2, 1]);
     world.tick();
     assert_finite(&world);
+}
+
+/// One per lane, with multipliers and without.
+#[test]
+fn copies_of_a_body() {
+    let effects = Effects {
+        stretch: Some(Stretch {
+            damping: Damping::new(0.01).expect("positive"),
+            ..Stretch::default()
+        }),
+        volume: Some(Volume::default()),
+        ground: Some(Ground::default()),
+        ..Effects::default()
+    };
+    let original = body(solid(), effects);
+    let copies = (0..3).map(|number| {
+        let mut copy = original.clone();
+        copy.translate(Vec3::X * number as f32);
+        copy
+    });
+    let mut world = world(copies.collect(), [2, 1]);
+    let alone = world.bodies[0].states.bytes();
+    world.tick();
+    assert_finite(&world);
+    let columns = world.bodies[0].states.bytes() - alone;
+    assert!(columns >= 8 * 256, "they are in lanes: {columns} bytes");
 }
 
 /// What has a state of the whole body, or of each particle, and passes that add up sums.

@@ -195,7 +195,7 @@ impl<F: Fn([u32; 4]) -> bool> Ask<4> for Folded<F> {
             return false;
         }
         let is_open = is_open.select(f32x8::splat(simd, 1.0), f32x8::splat(simd, 0.0));
-        let lanes = block.corners.iter().zip(<[f32; WIDTH]>::from(is_open));
+        let lanes = block.corners().zip(<[f32; WIDTH]>::from(is_open));
         let mut folded = lanes.filter(|&(_, is_open)| is_open == 0.0);
         folded.any(|(corners, _)| (self.counts)(corners.map(Corner::particle)))
     }

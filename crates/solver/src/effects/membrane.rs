@@ -225,7 +225,7 @@ impl<'a, const ISOTROPIC: bool> Kernel<'a, ISOTROPIC> {
     ) -> [[f32x8<L>; 3]; 2] {
         let mut images = images.map(|image| image.map(<[f32; WIDTH]>::from));
         let squares = squares.map(<[f32; WIDTH]>::from);
-        for (lane, corners) in block.corners.iter().enumerate() {
+        for (lane, corners) in block.corners().enumerate() {
             let x = corners.map(|corner| self.rest[corner.particle() as usize]);
             let (a, b) = (x[1] - x[0], x[2] - x[0]);
             let index = block.first + lane.min(block.lanes - 1);

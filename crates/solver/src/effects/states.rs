@@ -3,6 +3,7 @@
 use super::{body_kinds::BodyEffectStates, rod};
 use crate::{
     Effects, ElasticKind, Particles, SurfaceForce, TearState, Topology, contact::Recorded,
+    kernel::copies::Copies,
 };
 use glam::Vec4;
 
@@ -21,6 +22,8 @@ pub struct EffectStates {
     /// motion.
     pub records_contacts: bool,
     pub(crate) recorded: Recorded,
+    /// Workspace of the first of a group of [copies](crate::copies).
+    pub(crate) copies: Copies,
     /// Limits of tearing.
     pub(crate) tear: Option<Box<TearState>>,
     /// States of effects without elements.
@@ -119,6 +122,7 @@ impl EffectStates {
             .sum::<usize>()
             + size_of_val(&self.sums[..])
             + self.recorded.bytes()
+            + self.copies.bytes()
             + self.tear.as_deref().map_or(0, TearState::bytes)
             + self.others.bytes()
     }

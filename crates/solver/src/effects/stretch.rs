@@ -292,7 +292,7 @@ impl Kernel<'_> {
     ) -> ([f32x8<L>; 3], f32x8<L>) {
         let mut d = d.map(<[f32; WIDTH]>::from);
         let mut length = <[f32; WIDTH]>::from(length);
-        for (lane, ends) in block.corners.iter().enumerate() {
+        for (lane, ends) in block.corners().enumerate() {
             if length[lane] == 0.0 {
                 let [a, b] = ends.map(|end| self.rest[end.particle() as usize]);
                 let apart = b - a;

@@ -302,7 +302,7 @@ impl Kernel<'_> {
         let mut gradients = gradients.map(|g| g.map(<[f32; WIDTH]>::from));
         let weight = <[f32; WIDTH]>::from(weight);
         let floor = <[f32; WIDTH]>::from(floor);
-        for (lane, corners) in block.corners.iter().enumerate() {
+        for (lane, corners) in block.corners().enumerate() {
             if weight[lane] < VANISHED * floor[lane] {
                 let rest = corners.map(|i| self.rest[i.particle() as usize]);
                 let [_, g1, g2, g3] = volume_and_gradients(rest).1;

@@ -74,21 +74,46 @@ impl<L: Lanes, const N: usize, const M: usize> Projected<L, N, M> {
     }
 }
 
-/// Up to eight constraints that share no particle. Unused lanes repeat the last one.
+/// Up to eight constraints that share no particle, or one constraint of up to eight copies of a
+/// body. Unused lanes repeat the last one.
 #[derive(Debug)]
 pub struct Block<'a, const N: usize> {
-    /// Particles of each constraint.
-    pub corners: &'a [[Corner; N]; WIDTH],
+    corners: &'a [[Corner; N]],
     /// Number of the first constraint.
     pub first: usize,
     /// Number of constraints.
     pub lanes: usize,
 }
 
-impl<const N: usize> Block<'_, N> {
+impl<'a, const N: usize> Block<'a, N> {
+    /// One constraint of copies of a body, in all lanes.
+    #[inline(always)]
+    pub(super) fn of_copies(corners: &'a [Corner; N], number: usize) -> Self {
+        Self {
+            corners: std::slice::from_ref(corners),
+            first: number,
+            lanes: 1,
+        }
+    }
+
+    /// Particles of the constraint in each lane.
+    pub fn corners(&self) -> impl Iterator<Item = &'a [Corner; N]> {
+        self.corners.iter().cycle().take(WIDTH)
+    }
+
+    /// The same of different constraints.
+    #[inline(always)]
+    fn each_corners(&self) -> &'a [[Corner; N]; WIDTH] {
+        let corners = self.corners.first_chunk();
+        corners.expect("a block of constraints has one in each lane")
+    }
+
     /// Entries of a column for each constraint.
     #[inline(always)]
     pub fn column<L: Lanes>(&self, simd: L, column: &[f32]) -> f32x8<L> {
+        if self.corners.len() == 1 {
+            return f32x8::splat(simd, column[self.first]);
+        }
         load(simd, &column[self.first..self.first + self.lanes])
     }
 }
@@ -272,8 +297,9 @@ impl<const N: usize, A: Ask<N>> SimdWork for Questioned<'_, N, A> {
                     #[inline(always)]
                     |block| {
                         // SAFETY: the invariant.
-                        let gathered =
-                            unsafe { gather::<L, N, false>(simd, self.origins, block.corners) };
+                        let gathered = unsafe {
+                            gather::<L, N, false>(simd, self.origins, block.each_corners())
+                        };
                         *self.found |= self.ask.holds(simd, block, &gathered.shape);
                     },
                 );
@@ -477,7 +503,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
                 #[inline(always)]
                 |block| {
                     let moves = project(block);
-                    self.scatter(simd, block.corners, moves, block.lanes);
+                    self.scatter(simd, block.each_corners(), moves, block.lanes);
                 },
             );
         }
@@ -509,7 +535,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
         B: Blocks<N, M>,
     {
         // SAFETY: the block is one of the batch, whose particles can be read there.
-        let gathered = unsafe { gather::<L, N, DAMPED>(simd, self.origins, block.corners) };
+        let gathered = unsafe { gather::<L, N, DAMPED>(simd, self.origins, block.each_corners()) };
         let Gathered { shape, motion } = gathered;
         let moved = DAMPED.then_some(&motion);
         self.blocks.project(simd, block, &shape, moved, lambda)
@@ -530,9 +556,9 @@ impl<B, const N: usize> Pass<'_, B, N> {
         // SAFETY: the block is one of the batch, whose particles can be read there.
         let gathered = unsafe {
             if damped {
-                gather::<L, N, true>(simd, self.origins, block.corners)
+                gather::<L, N, true>(simd, self.origins, block.each_corners())
             } else {
-                gather::<L, N, false>(simd, self.origins, block.corners)
+                gather::<L, N, false>(simd, self.origins, block.each_corners())
             }
         };
         let Gathered { mut shape, motion } = gathered;
@@ -552,7 +578,16 @@ impl<B, const N: usize> Pass<'_, B, N> {
             Target::Sum { sums, .. } => (sums, 1.0),
         };
         // SAFETY: as above; and they can be written there.
-        unsafe { scatter_add(simd, target, block.corners, moves, count, block.lanes) };
+        unsafe {
+            scatter_add(
+                simd,
+                target,
+                block.each_corners(),
+                moves,
+                count,
+                block.lanes,
+            )
+        };
         change
     }
 }

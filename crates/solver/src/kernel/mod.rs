@@ -4,6 +4,7 @@
 //! [`iterate`] projects them eight at a time. See `examples/custom_effect.rs`.
 
 pub(crate) mod block;
+pub(crate) mod copies;
 pub(crate) mod fit;
 pub(crate) mod geometry;
 pub(crate) mod lanes;

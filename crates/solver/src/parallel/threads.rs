@@ -109,11 +109,44 @@ impl Threads {
         load: impl Fn(&T) -> WorkEstimate + Sync,
         work: &(impl Fn(&mut T, &Self) + Sync),
     ) {
+        let never = |_: &T, _: &T| false;
+        self.for_each_group(items, (never, |_, _, _| 1), load, &|group, threads| {
+            group.iter_mut().for_each(|item| work(item, threads));
+        });
+    }
+
+    /// The same for groups of items: in a run of items each of which is `like` the one before, `size`
+    /// gives the size of the groups by the first item, the number of items, and that of the threads.
+    /// Divisible items are like no other.
+    pub fn for_each_group<T: Send>(
+        &self,
+        items: &mut [T],
+        (like, size): (
+            impl Fn(&T, &T) -> bool + Sync,
+            fn(&T, usize, usize) -> usize,
+        ),
+        load: impl Fn(&T) -> WorkEstimate + Sync,
+        work: &(impl Fn(&mut [T], &Self) + Sync),
+    ) {
         let one = Self::default();
         let projections = |item: &T| load(item).projections;
         let all: usize = items.iter().map(projections).sum();
-        if !self.pays(all) {
-            return items.iter_mut().for_each(|item| work(item, &one));
+        let count = match self.pays(all) {
+            true => self.count(),
+            false => 1,
+        };
+        let groups = |items| {
+            let runs = <[T]>::chunk_by_mut(items, &like);
+            runs.flat_map(move |run: &mut [T]| {
+                let size = match &*run {
+                    [_] => 1,
+                    run => size(&run[0], run.len(), count),
+                };
+                run.chunks_mut(size)
+            })
+        };
+        if count == 1 {
+            return groups(items).for_each(|group| work(group, &one));
         }
         let is_large = |item: &T| {
             let WorkEstimate {
@@ -134,10 +167,10 @@ impl Threads {
         if let Some(pool) = self.pool.as_ref().filter(|_| count < items.len()) {
             pool.wake();
         }
-        let large = items.iter_mut().filter(|item| is_large(item));
+        let large = items.chunks_mut(1).filter(|item| is_large(&item[0]));
         large.for_each(|item| work(item, self));
-        let small = items.iter_mut().filter(|item| !is_large(item));
-        self.distribute(small, projections, &|item| work(item, &one));
+        let small = groups(items).filter(|group| !is_large(&group[0]));
+        self.distribute(small, projections, &|group: &mut [T]| work(group, &one));
     }
 
     /// Performs `work` for each of the items, on all threads if this number of projections

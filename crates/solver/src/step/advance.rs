@@ -15,7 +15,7 @@ pub use super::{
 use super::kernels::{ElasticPass, Kernels, halves_of};
 pub(crate) use super::stage::Solve;
 use crate::{
-    BodyEffectKind, Effects, ElasticKind, ForceKind, Grains, Substep, Topology,
+    BodyEffectKind, Effects, ElasticKind, ForceKind, Grains, Settings, Substep, Topology,
     direct::Iteration,
     effects::{
         body_effect::{BodyPass, Resting},
@@ -107,6 +107,52 @@ impl Stage {
     }
 }
 
+/// Tasks of some substeps without plastic flow or second-order steps.
+pub(super) fn tasks<'a>(
+    topology: &'a Topology,
+    (effects, stitched): (&'a Effects, bool),
+    substeps: &Range<u32>,
+    context: &StepContext<'a>,
+) -> impl Iterator<Item = (Task, Side)> + Clone + Send + Sync + use<'a> {
+    let settings = context.settings;
+    let solve = Solve::of(effects, stitched, settings.method);
+    let first = substeps.start;
+    let mut forces = ForceKind::ALL
+        .into_iter()
+        .filter(|kind| effects.has_force(*kind));
+    let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
+    // A `Watch` cannot distinguish two stages in one pass, and forces act between them.
+    let damps = settings.method.keeps_speed().is_some();
+    let separate = context.watch.is_some() || forces[0].is_some() || damps;
+    let tasks = substeps.clone().flat_map(move |index| {
+        let step = settings.substep(index);
+        let before = index.checked_sub(1).filter(|_| index > first);
+        let previous = before.filter(|_| !separate);
+        let end = before.filter(|_| separate);
+        let end = end.map(|substep| (Task::End { substep }, Side::Any));
+        let start = previous.map_or(Task::Begin, |substep| Task::EndAndBegin { substep });
+        let damping = damps.then_some((Task::DampVelocity, Side::Any));
+        let of_stage = move |stage: Stage, iteration| {
+            stage.tasks(topology, (effects, stitched), &step, iteration)
+        };
+        let iterations = solve
+            .stages(step)
+            .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
+        let forces = forces.into_iter().flatten();
+        end.into_iter()
+            .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
+            .chain(damping)
+            .chain(iter::once((start, Side::Any)))
+            .chain(Stage::prediction().flat_map(move |stage| of_stage(stage, 0)))
+            .chain(iterations)
+    });
+    let end = substeps
+        .clone()
+        .last()
+        .map(|substep| (Task::End { substep }, Side::Any));
+    tasks.chain(end)
+}
+
 impl Stepper<'_> {
     /// Begins or continues a tick: updates the states of the effects. Multipliers are stored where
     /// they are `read`, by later iterations or for measurements, and by tearing.
@@ -161,6 +207,7 @@ impl Stepper<'_> {
 
     /// Finds damage at the beginning of a tick, and moves particles under repair.
     pub(crate) fn begin_repair(&mut self, step: &Substep, context: &StepContext) {
+        self.convert_substep(context);
         if step.index == 0 {
             self.check_damage(context);
         }
@@ -183,6 +230,15 @@ impl Stepper<'_> {
         let restarts = is_near || self.may_touch(step, context);
         let h = context.settings.substep_seconds();
         self.particles.begin_second_order(h, restarts);
+    }
+
+    /// Converts displacements to the length of the substep before damage is searched for: a body may
+    /// be damaged where it will be after the next substep. For implicit Euler; second-order steps
+    /// need the last substep as it was.
+    fn convert_substep(&mut self, context: &StepContext) {
+        if context.settings.order.get() == 1 {
+            self.begin_first_order(context);
+        }
     }
 
     /// Drops the history, which implicit Euler does not need.
@@ -233,18 +289,32 @@ impl Stepper<'_> {
         substeps: Range<u32>,
         context: &StepContext,
     ) -> Result<(), NotFinite> {
-        let begins = context.settings.begins_each_substep();
-        if !begins {
-            self.begin_first_order(context);
+        if self.start(&substeps, context) {
+            self.advance_together(substeps, context)
+        } else {
+            self.advance_one_by_one(substeps, context)
         }
+    }
+
+    /// Begins some substeps of a tick; returns whether they can be performed together.
+    pub(super) fn start(&mut self, substeps: &Range<u32>, context: &StepContext) -> bool {
+        self.convert_substep(context);
         if substeps.start == 0 {
             self.check_damage(context);
         }
+        let begins = context.settings.begins_each_substep();
         let repaired = !self.particles.repair.is_empty();
         let flows = self.effects.plasticity.is_some() || self.effects.rolling_ground().is_some();
-        if !begins && !repaired && !flows {
-            return self.advance_together(substeps, context);
-        }
+        !begins && !repaired && !flows
+    }
+
+    /// Performs substeps with what is between them: repair, plastic flow, second-order steps.
+    pub(super) fn advance_one_by_one(
+        &mut self,
+        substeps: Range<u32>,
+        context: &StepContext,
+    ) -> Result<(), NotFinite> {
+        let begins = context.settings.begins_each_substep();
         for index in substeps {
             let step = context.settings.substep(index);
             self.move_repaired(context);
@@ -267,61 +337,32 @@ impl Stepper<'_> {
     }
 
     /// Performs substeps without plastic flow or second-order steps.
-    fn advance_together(
+    pub(super) fn advance_together(
         &mut self,
         substeps: Range<u32>,
         context: &StepContext,
     ) -> Result<(), NotFinite> {
         let shape = Arc::clone(self.topology);
-        let topology: &Topology = &shape;
-        let (effects, settings) = (*self.effects, context.settings);
-        let stitched = !self.stitches.is_empty();
+        let effects = *self.effects;
+        let settings = context.settings;
+        self.prepare_together(&substeps, settings);
+        let carried = (&effects, !self.stitches.is_empty());
+        let tasks = tasks(&shape, carried, &substeps, context);
+        let iterations = substeps.len() * settings.substep(0).total_iterations() as usize;
+        self.run(&shape, (tasks, Friction::Included), iterations, context)
+    }
+
+    /// Prepares what the tasks of some substeps need.
+    pub(super) fn prepare_together(&mut self, substeps: &Range<u32>, settings: &Settings) {
         let any = settings.substep(0);
         let averages = any.averaging(any.total_iterations() - 1).is_some();
-        self.states
-            .make_sums(if averages { topology.particles() } else { 0 });
+        let sums = if averages {
+            self.topology.particles()
+        } else {
+            0
+        };
+        self.states.make_sums(sums);
         self.prepare_effects(&settings.substep(substeps.start), |_| true);
-        let solve = Solve::of(&effects, stitched, settings.method);
-        let first = substeps.start;
-        let mut forces = ForceKind::ALL
-            .into_iter()
-            .filter(|kind| effects.has_force(*kind));
-        let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
-        // A `Watch` cannot distinguish two stages in one pass, and forces act between them.
-        let damps = settings.method.keeps_speed().is_some();
-        let separate = context.watch.is_some() || forces[0].is_some() || damps;
-        let tasks = substeps.clone().flat_map(|index| {
-            let step = settings.substep(index);
-            let before = index.checked_sub(1).filter(|_| index > first);
-            let previous = before.filter(|_| !separate);
-            let end = before.filter(|_| separate);
-            let end = end.map(|substep| (Task::End { substep }, Side::Any));
-            let start = previous.map_or(Task::Begin, |substep| Task::EndAndBegin { substep });
-            let damping = damps.then_some((Task::DampVelocity, Side::Any));
-            let of_stage = move |stage: Stage, iteration| {
-                stage.tasks(topology, (&effects, stitched), &step, iteration)
-            };
-            let iterations = solve
-                .stages(step)
-                .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
-            let forces = forces.into_iter().flatten();
-            end.into_iter()
-                .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
-                .chain(damping)
-                .chain(iter::once((start, Side::Any)))
-                .chain(Stage::prediction().flat_map(move |stage| of_stage(stage, 0)))
-                .chain(iterations)
-        });
-        let iterations = substeps.len() * any.total_iterations() as usize;
-        let end = substeps
-            .last()
-            .map(|substep| (Task::End { substep }, Side::Any));
-        self.run(
-            topology,
-            (tasks.chain(end), Friction::Included),
-            iterations,
-            context,
-        )
     }
 
     /// Performs one stage of a substep.
@@ -471,7 +512,7 @@ impl Stepper<'_> {
 }
 
 /// Data that the tasks on all pieces share.
-struct TaskContext<'a> {
+pub(super) struct TaskContext<'a> {
     topology: &'a Topology,
     effects: Effects,
     context: &'a StepContext<'a>,
@@ -481,12 +522,12 @@ struct TaskContext<'a> {
     h: f32,
     /// Length of a substep [s] for compliances, by the method.
     compliant: f32,
-    kernels: Kernels<'a>,
+    pub kernels: Kernels<'a>,
     friction: Friction,
 }
 
 impl<'a> TaskContext<'a> {
-    fn new(
+    pub fn new(
         topology: &'a Topology,
         body: &Stepper<'a>,
         friction: Friction,
@@ -545,7 +586,7 @@ impl<'a> TaskContext<'a> {
     ///
     /// # Safety
     /// As for [`work`](Self::work).
-    unsafe fn task(
+    pub unsafe fn task(
         &self,
         task: Task,
         shared: &SharedBody,

@@ -6,7 +6,8 @@ use crate::{
     effects::{Multipliers, elastic::Elastic},
     kernel::{
         block::{Blocks, Put, solve_batch},
-        lanes::Instructions,
+        copies::{self, Copies},
+        lanes::{Instructions, WIDTH},
     },
     particles::Part,
     topology::{order::Elements, partitions::Piece},
@@ -65,6 +66,25 @@ macro_rules! of_elastic_effects {
                     },)*
                 }
             }
+
+            /// Solves the constraints of an effect on copies of a body.
+            ///
+            /// # Safety
+            /// No other thread works on the bodies.
+            #[allow(unsafe_code, reason = "threads borrow disjoint multipliers")]
+            pub unsafe fn solve_copies(&self, kind: ElasticKind, work: CopiesPass) {
+                match kind {
+                    // SAFETY: the caller's promise.
+                    $(ElasticKind::$effect => if let Some(kernel) = &self.$field {
+                        unsafe { work.solve(kind, kernel) }
+                    },)*
+                }
+            }
+
+            /// Whether the constraints of any effect are damped.
+            pub fn are_damped(&self) -> bool {
+                false $(|| self.$field.as_ref().is_some_and(|it| it.damped()))*
+            }
         }
     };
 }
@@ -110,14 +130,7 @@ impl ElasticPass<'_> {
         kernel: &impl Blocks<N, M>,
     ) {
         let elements = kernel.elements();
-        let batch = if self.whole {
-            elements.overflow()
-        } else {
-            self.piece
-                .partition
-                .map(|partition| elements.batch_of(partition))
-        };
-        if let Some(index) = batch {
+        if let Some(index) = batch(elements, self.piece, self.whole) {
             let constraints = elements.batches()[index].constraints();
             let column = constraints.start * M..constraints.end * M;
             // SAFETY: a constraint is in one batch, a batch on one piece.
@@ -126,6 +139,55 @@ impl ElasticPass<'_> {
             let particles = (self.part, self.piece.particles.start);
             let context = (self.put, self.instructions);
             solve_batch(kernel, index, particles, multipliers, context);
+        }
+    }
+}
+
+/// Number of the batch that is solved on a piece; overflow constraints on the whole body.
+fn batch<const N: usize>(elements: &Elements<N>, piece: &Piece, whole: bool) -> Option<usize> {
+    match whole {
+        true => elements.overflow(),
+        false => piece
+            .partition
+            .map(|partition| elements.batch_of(partition)),
+    }
+}
+
+/// Work on the constraints of copies of a body that has one partition.
+pub(crate) struct CopiesPass<'a, 'b> {
+    /// The partition.
+    pub piece: &'a Piece,
+    /// Whether overflow constraints are solved.
+    pub whole: bool,
+    /// Their particles.
+    pub copies: &'a mut Copies,
+    /// The bodies.
+    pub shared: [Option<&'a SharedBody<'b>>; WIDTH],
+    /// Number of the iteration, their count, and whether λ is stored.
+    pub pass: (u32, u32, bool),
+    /// Instructions to use.
+    pub instructions: Instructions,
+}
+
+impl CopiesPass<'_, '_> {
+    /// # Safety
+    /// As for [`Kernels::solve_copies`].
+    #[allow(unsafe_code, reason = "threads borrow disjoint multipliers")]
+    unsafe fn solve<const N: usize, const M: usize>(
+        self,
+        kind: ElasticKind,
+        kernel: &impl Blocks<N, M>,
+    ) {
+        let elements = kernel.elements();
+        if let Some(index) = batch(elements, self.piece, self.whole) {
+            let constraints = elements.batches()[index].constraints();
+            let kept = self.shared.map(|shared| {
+                let column = constraints.start * M..constraints.end * M;
+                // SAFETY: each body has multipliers of its own; otherwise the caller's promise.
+                let column = unsafe { shared?.multipliers(kind, column) };
+                Multipliers::of_iteration(column, self.pass).kept()
+            });
+            copies::solve(kernel, index, self.copies, kept, self.instructions);
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod advance;
 pub mod body;
+pub mod copies;
 pub mod emission;
 pub mod executor;
 pub mod history;

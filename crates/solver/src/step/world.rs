@@ -3,6 +3,7 @@
 
 use super::{
     body::Quarantine,
+    copies::{self, Candidate},
     emission::{self, Template, around, meet},
     joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
@@ -83,17 +84,30 @@ impl World {
         let joined = Joined::of(stitches, bodies.len());
         let all = bodies.iter().map(|body| (&body.effects, body.is_active()));
         let together = must_step_together(all, &joined, has_meshes);
+        let end = |body: &mut Body| {
+            body.tear(settings);
+            body.renew(settings);
+            if body.is_active() && body.end_tick(seconds, settings.gravity, sleep) {
+                body.fall_asleep();
+            }
+        };
         let step = |body: &mut Body, is_grouped: bool, threads: &Threads| {
             body.begin_tick();
             if body.is_active() && !is_grouped {
                 body.advance(&StepContext { threads, ..context });
-                body.tear(settings);
-                body.renew(settings);
-                if body.is_active() && body.end_tick(seconds, settings.gravity, sleep) {
-                    body.fall_asleep();
-                }
+                end(body);
             }
         };
+        let step_copies = |copies: &mut [Body], threads: &Threads| {
+            if let [body] = copies {
+                return step(body, false, threads);
+            }
+            copies.iter_mut().for_each(Body::begin_tick);
+            advance_copies(copies, &StepContext { threads, ..context });
+            copies.iter_mut().filter(|it| it.is_active()).for_each(end);
+        };
+        let are_copies =
+            |a: &Body, b: &Body| a.is_active() && b.is_active() && a.is_copy_of(b, settings);
         let iterations =
             settings.substeps.get() as usize * settings.substep(0).total_iterations() as usize;
         let estimate = |body: &Body, is_grouped: bool| match body.is_active() && !is_grouped {
@@ -126,10 +140,13 @@ impl World {
             }
             end_tick_together(&mut members, (contacts, &joined), &context, sleep);
         } else {
-            threads.for_each(
+            threads.for_each_group(
                 bodies,
+                (are_copies, |first, copies, threads| {
+                    copies::group_size(&first.topology, copies, threads)
+                }),
                 |body: &Body| estimate(body, false),
-                &|body: &mut Body, threads: &Threads| step(body, false, threads),
+                &step_copies,
             );
             contacts.clear();
         }
@@ -271,6 +288,20 @@ fn advance_together(bodies: &mut [Member], contacts: &mut Contacts, context: &St
     }
 }
 
+/// Performs all substeps of a tick for bodies each of which is a copy of the one before.
+fn advance_copies(bodies: &mut [Body], context: &StepContext) {
+    let substeps = 0..context.settings.substeps.get();
+    let steppers = bodies
+        .iter_mut()
+        .filter(|it| it.is_active())
+        .map(Body::stepper);
+    let results = copies::advance(steppers, &substeps, context);
+    let stepped = bodies.iter_mut().filter(|it| it.is_active());
+    for (body, result) in stepped.zip(results) {
+        body.end_advance(result, Quarantine::USER, context);
+    }
+}
+
 /// Ends a tick of bodies that were stepped together: those that touch each other or are joined fall
 /// asleep and wake together.
 fn end_tick_together(
@@ -317,6 +348,16 @@ fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
 }
 
 impl Body {
+    /// Whether the two can be stepped side by side.
+    fn is_copy_of(&self, other: &Self, settings: &Settings) -> bool {
+        let [body, other] = [self, other].map(|it| Candidate {
+            topology: &it.topology,
+            effects: &it.effects,
+            stitches: Some(&it.stitches),
+        });
+        body.is_copy_of(&other, settings)
+    }
+
     /// Whether it is stepped: neither sleeping nor in quarantine.
     #[must_use]
     pub fn is_active(&self) -> bool {

@@ -392,7 +392,7 @@ impl<const N: usize> Order<N> {
     }
 
     /// Number of blocks of lanes.
-    fn blocks(&self) -> usize {
+    pub(crate) fn blocks(&self) -> usize {
         let sizes = self.groups.iter().map(|group| group.len());
         sizes.map(|size| size.div_ceil(WIDTH)).sum()
     }

@@ -1,0 +1,208 @@
+//! Copies of a body are stepped side by side, one per lane: with the bits of each alone.
+
+use crate::{
+    all_effects::{elastic, samples, shape},
+    support::{
+        body, cube, damping, elastic_on_ground, pinned, random_vector, settings, state_bits, with,
+    },
+    support_app::deterministic,
+};
+use glam::{DVec3, Vec3};
+use pliant::solver::{
+    Body, Effects, Instructions, Settings, Threads, World,
+    copies::{Candidate, group_size},
+    deform::Random,
+};
+
+/// Enough for a group in all lanes and another that does not fill them.
+const COPIES: usize = 15;
+
+/// Copies at other places with other velocities; those of these numbers are squashed flat.
+fn copies(original: &Body, squashed: &[usize]) -> Vec<Body> {
+    let mut random = Random::new(7);
+    let copy = |number: usize| {
+        let mut body = original.clone();
+        if squashed.contains(&number) {
+            for i in 0..body.particles.len() {
+                let flat = body.particles.position(i) * DVec3::new(1.0, 1e-3, 1.0);
+                body.particles.set_position(i, flat);
+            }
+        }
+        body.translate(Vec3::new(2.0 * number as f32, 0.4, 0.0) + random_vector(&mut random, 0.1));
+        for i in 0..body.particles.len() {
+            body.particles
+                .set_velocity(i, random_vector(&mut random, 1.0));
+        }
+        body
+    };
+    (0..COPIES).map(copy).collect()
+}
+
+fn world(settings: Settings, bodies: Vec<Body>) -> World {
+    World {
+        settings,
+        bodies,
+        ..World::default()
+    }
+}
+
+/// Runs the copies in one world and each in a world of its own, and compares states and multipliers.
+/// Returns whether they were in lanes.
+fn assert_equal(what: &str, world: &World, ticks: u32) -> bool {
+    let mut alone: Vec<World> = world.bodies.iter().map(|body| one(world, body)).collect();
+    let mut all = world.clone();
+    for tick in 0..ticks {
+        all.tick();
+        for (number, (world, body)) in alone.iter_mut().zip(&all.bodies).enumerate() {
+            world.tick();
+            let one = &world.bodies[0];
+            let what = format!("{what}, copy {number}, tick {tick}");
+            assert_eq!(
+                state_bits(&body.particles),
+                state_bits(&one.particles),
+                "{what}"
+            );
+            assert_eq!(body.states, one.states, "{what}");
+            assert_eq!(body.quarantine, one.quarantine, "{what}");
+        }
+    }
+    // The first of a group has the columns of all.
+    let lanes = alone.iter().zip(&all.bodies);
+    lanes
+        .into_iter()
+        .any(|(alone, body)| body.states.bytes() > alone.bodies[0].states.bytes())
+}
+
+fn one(world: &World, body: &Body) -> World {
+    World {
+        bodies: vec![body.clone()],
+        threads: Threads::default(),
+        ..world.clone()
+    }
+}
+
+/// For each effect, with one iteration and with several.
+#[test]
+fn copies_have_the_bits_of_each_alone() {
+    let mut in_lanes = Vec::new();
+    for (name, on, effects) in samples() {
+        let changes_bodies = effects.changes_bodies();
+        if changes_bodies || effects.contact.is_some() || effects.grains.is_some() {
+            continue;
+        }
+        let (shape, density) = shape(&on);
+        let under = elastic_on_ground();
+        let effects = Effects {
+            stretch: effects.stretch.or(under.stretch),
+            ground: effects.ground.or(under.ground),
+            ..effects
+        };
+        let original = pinned(with(body(name, shape, density), effects), &[0]);
+        for iterations in [1, 3] {
+            let settings = settings(9.81, 60.0, 3, iterations);
+            let world = world(settings, copies(&original, &[2, 9]));
+            if assert_equal(name, &world, 4) {
+                in_lanes.push(name);
+            }
+        }
+    }
+    in_lanes.dedup();
+    for name in [
+        "stretch",
+        "volume",
+        "neo_hookean",
+        "bend",
+        "membrane",
+        "weave",
+        "struts",
+    ] {
+        assert!(in_lanes.contains(&name), "{name} is not among {in_lanes:?}");
+    }
+}
+
+/// All elastic effects together, damped and not, on any threads and with any instructions.
+#[test]
+fn no_threads_and_no_instructions_change_a_bit() {
+    for tau in [0.0, 0.01] {
+        let effects = elastic(damping(tau));
+        let original = pinned(with(body("cube", cube(0.4, 2), 1000.0), effects), &[0]);
+        let bodies = copies(&original, &[]);
+        for instructions in Instructions::all() {
+            for threads in [1, 2] {
+                let world = World {
+                    instructions,
+                    threads: Threads::new(threads).expect("so many can be had"),
+                    ..world(settings(9.81, 60.0, 4, 1), bodies.clone())
+                };
+                assert!(assert_equal("elastic", &world, 4), "they are in lanes");
+            }
+        }
+    }
+}
+
+/// Far too fast: it diverges in the middle of the tick, and is taken out as if it were alone.
+#[test]
+fn a_copy_that_diverges_leaves_the_others_as_they_are() {
+    let original = with(body("cube", cube(0.4, 2), 1000.0), elastic_on_ground());
+    let mut bodies = copies(&original, &[]);
+    bodies[3].particles.set_velocity(0, Vec3::Y * 3e38);
+    let world = world(settings(9.81, 60.0, 4, 1), bodies);
+    assert!(assert_equal("diverges", &world, 3), "they are in lanes");
+    let mut all = world.clone();
+    all.tick();
+    let out: Vec<bool> = all
+        .bodies
+        .iter()
+        .map(|it| it.quarantine.is_some())
+        .collect();
+    assert!(out[3], "it diverges");
+    assert_eq!(out.iter().filter(|&&out| out).count(), 1, "{out:?}");
+}
+
+/// The stages one by one, which step each copy alone, give the same bits as whole ticks; and so do
+/// Bevy, copies without caches, and snapshots.
+#[test]
+fn stages_threads_and_snapshots_agree() {
+    let original = with(body("cube", cube(0.4, 2), 1000.0), elastic_on_ground());
+    let settings = settings(9.81, 60.0, 5, 1);
+    deterministic(world(settings, copies(&original, &[])), 30);
+    deterministic(world(settings, copies(&original, &[4])), 30);
+}
+
+/// What makes a body another than a copy.
+#[test]
+fn only_equal_bodies_are_copies() {
+    let original = with(body("cube", cube(0.4, 2), 1000.0), elastic_on_ground());
+    let settings = settings(9.81, 60.0, 4, 1);
+    let is_copy = |other: &Body, settings: &Settings| {
+        let [a, b] = [&original, other].map(|it| Candidate {
+            topology: &it.topology,
+            effects: &it.effects,
+            stitches: Some(&it.stitches),
+        });
+        a.is_copy_of(&b, settings)
+    };
+    assert!(is_copy(&original.clone(), &settings));
+    let mut softer = original.clone();
+    softer.effects.stretch = crate::support::stretch(1e-3);
+    assert!(!is_copy(&softer, &settings), "another compliance");
+    let same_shape = with(body("cube", cube(0.4, 2), 1000.0), elastic_on_ground());
+    assert!(!is_copy(&same_shape, &settings), "another topology");
+    let mut second = settings;
+    second.order = pliant::solver::Order::new(2).expect("in range");
+    assert!(
+        !is_copy(&original.clone(), &second),
+        "steps of second order"
+    );
+}
+
+/// Side by side only where the lanes are used better than the threads would be.
+#[test]
+fn groups_are_as_large_as_pays() {
+    let original = with(body("cube", cube(0.4, 2), 1000.0), elastic_on_ground());
+    let size = |copies, threads| group_size(&original.topology, copies, threads);
+    assert_eq!(size(1, 1), 1);
+    assert_eq!(size(8, 1), 8);
+    assert_eq!(size(100, 2), 8);
+    assert_eq!(size(8, 8), 1);
+}
