@@ -33,6 +33,7 @@ pub(crate) mod tear;
 pub(crate) mod tethers;
 pub(crate) mod volume;
 pub(crate) mod weave;
+pub(crate) mod workspace;
 
 /// The types of effects under their own names; those of forces and of contacts are in `force` and `contact`.
 pub(crate) mod all {

@@ -1,9 +1,8 @@
 //! States of the effects of a body.
 
-use super::{body_kinds::BodyEffectStates, rod};
+use super::{body_kinds::BodyEffectStates, rod, workspace::Workspace};
 use crate::{
     Effects, ElasticKind, Particles, SurfaceForce, TearState, Topology, contact::Recorded,
-    kernel::copies::Copies,
 };
 use glam::Vec4;
 
@@ -23,7 +22,7 @@ pub struct EffectStates {
     pub records_contacts: bool,
     pub(crate) recorded: Recorded,
     /// Workspace of the first of a group of [copies](crate::copies).
-    pub(crate) copies: Copies,
+    pub(crate) copies: Workspace,
     /// Limits of tearing.
     pub(crate) tear: Option<Box<TearState>>,
     /// States of effects without elements.

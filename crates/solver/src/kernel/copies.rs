@@ -30,19 +30,8 @@ pub struct Copies {
     carry: Vec<Row>,
 }
 
-/// A workspace: no part of the state of a body.
-impl Clone for Copies {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-/// Any two are equal.
-impl PartialEq for Copies {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
+/// Multipliers of an effect for all copies, constraint by constraint.
+pub(crate) type CopiedMultipliers = Vec<[f32; WIDTH]>;
 
 /// Components of a vector in the order x, y, z, w, each for all copies.
 type Row = [[f32; WIDTH]; 4];
@@ -169,7 +158,7 @@ impl SimdWork for Store<'_> {
 }
 
 /// Solves the constraints of batch number `index` on all copies, with the multipliers of just these
-/// constraints for each of them, where they are kept.
+/// constraints, if they are kept, and whether they are known to be 0.
 ///
 /// # Panics
 /// If the copies have too few particles.
@@ -177,7 +166,7 @@ pub(crate) fn solve<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
     index: usize,
     copies: &mut Copies,
-    kept: [Option<&mut [f32]>; WIDTH],
+    kept: Option<(&mut [[f32; WIDTH]], bool)>,
     instructions: Instructions,
 ) {
     let elements = blocks.elements();
@@ -196,12 +185,10 @@ pub(crate) fn solve<const N: usize, const M: usize, B: Blocks<N, M>>(
         particles,
         carry,
     };
-    if !B::APART || kept.iter().any(Option::is_some) {
-        return instructions.run(Kept(pass, kept));
-    }
-    match damped {
-        false => instructions.run(Lean::<_, N, M, false>(pass)),
-        true => instructions.run(Lean::<_, N, M, true>(pass)),
+    match (kept, damped) {
+        (None, false) if B::APART => instructions.run(Lean::<_, N, M, false>(pass)),
+        (None, true) if B::APART => instructions.run(Lean::<_, N, M, true>(pass)),
+        (kept, _) => instructions.run(Kept(pass, kept)),
     }
 }
 
@@ -219,10 +206,10 @@ struct Pass<'a, B, const N: usize> {
 /// A pass that does not read multipliers.
 struct Lean<'a, B, const N: usize, const M: usize, const DAMPED: bool>(Pass<'a, B, N>);
 
-/// A pass that stores them.
+/// A pass that stores them, or one of a kernel that has no instances of its own without.
 struct Kept<'a, 'm, B, const N: usize, const M: usize>(
     Pass<'a, B, N>,
-    [Option<&'m mut [f32]>; WIDTH],
+    Option<(&'m mut [[f32; WIDTH]], bool)>,
 );
 
 impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWork
@@ -257,13 +244,12 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
         for (first, group) in pass.elements.groups(pass.batch) {
             for (index, corners) in (first..).zip(group) {
                 let start = (index - offset) * M;
-                let lambda = std::array::from_fn(|row| {
-                    let place = start + row;
-                    let lanes = kept
-                        .each_ref()
-                        .map(|it| it.as_ref().map_or(0.0, |it| it[place]));
-                    f32x8::simd_from(simd, lanes)
-                });
+                let mut lambda = [f32x8::splat(simd, 0.0); M];
+                if let Some((kept, false)) = &kept {
+                    for (lambda, kept) in lambda.iter_mut().zip(&kept[start..]) {
+                        *lambda = f32x8::simd_from(simd, *kept);
+                    }
+                }
                 // SAFETY: the constraint is one of the batch: the invariant.
                 let shape = unsafe { gather::<L, N>(simd, particles, carry, corners, damped) };
                 let Gathered { shape, motion } = &shape;
@@ -274,12 +260,9 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
                         .project(simd, &block, shape, moved, Some(lambda));
                 // SAFETY: as above.
                 unsafe { add(simd, particles, corners, moves) };
-                for row in 0..M {
-                    let next = <[f32; WIDTH]>::from(lambda[row] + change[row]);
-                    for (kept, next) in kept.iter_mut().zip(next) {
-                        if let Some(kept) = kept {
-                            kept[start + row] = next;
-                        }
+                if let Some((kept, _)) = &mut kept {
+                    for (row, kept) in kept[start..].iter_mut().take(M).enumerate() {
+                        *kept = (lambda[row] + change[row]).into();
                     }
                 }
             }

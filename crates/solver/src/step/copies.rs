@@ -10,10 +10,8 @@ use super::{
     shared_body::SharedBody,
 };
 use crate::{
-    Effects, ElasticKind, Settings, Stitches, Topology,
-    kernel::{copies::Copies, lanes::WIDTH},
-    particles::Part,
-    partitions::Piece,
+    Effects, ElasticKind, Settings, Stitches, Topology, effects::workspace::Workspace,
+    kernel::lanes::WIDTH, particles::Part, partitions::Piece,
 };
 use std::{array, mem::take, ops::Range, sync::Arc};
 
@@ -120,7 +118,10 @@ fn advance_lanes(
         return;
     };
     let (shape, effects) = (Arc::clone(first.topology), *first.effects);
-    let mut copies = take(&mut first.states.copies);
+    let mut workspace = take(&mut first.states.copies);
+    for (copied, own) in workspace.multipliers.iter_mut().zip(first.states.columns()) {
+        copied.resize(own.len(), [0.0; WIDTH]);
+    }
     let contexts = bodies.each_ref().map(|body| {
         let body = body.as_ref()?;
         Some(TaskContext::new(&shape, body, Friction::Included, context))
@@ -133,7 +134,8 @@ fn advance_lanes(
         contexts: &contexts,
         shared: &shared,
         results: &mut *results,
-        copies: &mut copies,
+        workspace: &mut workspace,
+        stored: [false; ElasticKind::COUNT],
         are_loaded: false,
         context,
     };
@@ -142,6 +144,7 @@ fn advance_lanes(
             lanes.act(task, &phase);
         }
     }
+    lanes.store_multipliers();
     let touched = shared.map(|shared| shared.is_some_and(|it| it.touched()));
     for ((body, result), touched) in bodies.iter_mut().zip(results).zip(touched) {
         let Some(body) = body else { continue };
@@ -153,7 +156,7 @@ fn advance_lanes(
         }
     }
     if let Some(first) = bodies.iter_mut().flatten().next() {
-        first.states.copies = copies;
+        first.states.copies = workspace;
     }
 }
 
@@ -163,7 +166,9 @@ struct Lanes<'a, 'b> {
     contexts: &'a [Option<TaskContext<'b>>; WIDTH],
     shared: &'a [Option<SharedBody<'b>>; WIDTH],
     results: &'a mut [Result<(), NotFinite>; WIDTH],
-    copies: &'a mut Copies,
+    workspace: &'a mut Workspace,
+    /// The effects whose multipliers were stored.
+    stored: [bool; ElasticKind::COUNT],
     /// Whether the copies have the displacements of the bodies; those of the bodies are then out of
     /// date.
     are_loaded: bool,
@@ -201,19 +206,36 @@ impl Lanes<'_, '_> {
         };
         let piece = &phase.pieces[0];
         self.load(piece, context.kernels.are_damped());
-        let results = &*self.results;
+        let (_, count, is_last) = pass;
+        self.stored[kind as usize] |= count > 1 || is_last;
         let work = CopiesPass {
             piece,
             whole: phase.is_whole(),
-            copies: self.copies,
-            shared: array::from_fn(|lane| {
-                self.shared[lane].as_ref().filter(|_| results[lane].is_ok())
-            }),
+            copies: &mut self.workspace.copies,
+            multipliers: &mut self.workspace.multipliers[kind as usize],
             pass,
             instructions: self.context.instructions,
         };
-        // SAFETY: the bodies are borrowed, and this thread has them alone.
-        unsafe { context.kernels.solve_copies(kind, work) };
+        context.kernels.solve_copies(kind, work);
+    }
+
+    /// Gives the bodies that have not failed their multipliers.
+    fn store_multipliers(&mut self) {
+        for (lane, shared) in self.shared.iter().enumerate() {
+            let Some(shared) = shared.as_ref().filter(|_| self.results[lane].is_ok()) else {
+                continue;
+            };
+            // SAFETY: the bodies are borrowed, and this thread has them alone.
+            let columns = unsafe { shared.all_multipliers() };
+            let copied = columns.into_iter().zip(&self.workspace.multipliers);
+            for ((column, copied), stored) in copied.zip(self.stored) {
+                if stored {
+                    for (own, copied) in column.iter_mut().zip(copied) {
+                        *own = copied[lane];
+                    }
+                }
+            }
+        }
     }
 
     /// Particles of the bodies that have not failed.
@@ -232,14 +254,14 @@ impl Lanes<'_, '_> {
 
     fn load(&mut self, piece: &Piece, damped: bool) {
         if !self.are_loaded {
-            let mut copies = take(self.copies);
+            let mut copies = take(&mut self.workspace.copies);
             // SAFETY: the parts are dropped before others are requested.
             let parts = unsafe { self.parts(piece) };
             if parts.iter().any(Option::is_some) {
                 copies.load(&parts, damped, self.context.instructions);
                 self.are_loaded = true;
             }
-            *self.copies = copies;
+            self.workspace.copies = copies;
         }
     }
 
@@ -247,7 +269,8 @@ impl Lanes<'_, '_> {
         if take(&mut self.are_loaded) {
             // SAFETY: the parts are dropped before others are requested.
             let mut parts = unsafe { self.parts(piece) };
-            self.copies.store(&mut parts, self.context.instructions);
+            let copies = &self.workspace.copies;
+            copies.store(&mut parts, self.context.instructions);
         }
     }
 }

@@ -6,8 +6,8 @@ use crate::{
     effects::{Multipliers, elastic::Elastic},
     kernel::{
         block::{Blocks, Put, solve_batch},
-        copies::{self, Copies},
-        lanes::{Instructions, WIDTH},
+        copies::{self, CopiedMultipliers, Copies},
+        lanes::Instructions,
     },
     particles::Part,
     topology::{order::Elements, partitions::Piece},
@@ -68,15 +68,10 @@ macro_rules! of_elastic_effects {
             }
 
             /// Solves the constraints of an effect on copies of a body.
-            ///
-            /// # Safety
-            /// No other thread works on the bodies.
-            #[allow(unsafe_code, reason = "threads borrow disjoint multipliers")]
-            pub unsafe fn solve_copies(&self, kind: ElasticKind, work: CopiesPass) {
+            pub fn solve_copies(&self, kind: ElasticKind, work: CopiesPass) {
                 match kind {
-                    // SAFETY: the caller's promise.
                     $(ElasticKind::$effect => if let Some(kernel) = &self.$field {
-                        unsafe { work.solve(kind, kernel) }
+                        work.solve(kernel)
                     },)*
                 }
             }
@@ -154,39 +149,30 @@ fn batch<const N: usize>(elements: &Elements<N>, piece: &Piece, whole: bool) -> 
 }
 
 /// Work on the constraints of copies of a body that has one partition.
-pub(crate) struct CopiesPass<'a, 'b> {
+pub(crate) struct CopiesPass<'a> {
     /// The partition.
     pub piece: &'a Piece,
     /// Whether overflow constraints are solved.
     pub whole: bool,
     /// Their particles.
     pub copies: &'a mut Copies,
-    /// The bodies.
-    pub shared: [Option<&'a SharedBody<'b>>; WIDTH],
+    /// Multipliers of the effect, if they are stored.
+    pub multipliers: &'a mut CopiedMultipliers,
     /// Number of the iteration, their count, and whether λ is stored.
     pub pass: (u32, u32, bool),
     /// Instructions to use.
     pub instructions: Instructions,
 }
 
-impl CopiesPass<'_, '_> {
-    /// # Safety
-    /// As for [`Kernels::solve_copies`].
-    #[allow(unsafe_code, reason = "threads borrow disjoint multipliers")]
-    unsafe fn solve<const N: usize, const M: usize>(
-        self,
-        kind: ElasticKind,
-        kernel: &impl Blocks<N, M>,
-    ) {
+impl CopiesPass<'_> {
+    fn solve<const N: usize, const M: usize>(self, kernel: &impl Blocks<N, M>) {
         let elements = kernel.elements();
         if let Some(index) = batch(elements, self.piece, self.whole) {
             let constraints = elements.batches()[index].constraints();
-            let kept = self.shared.map(|shared| {
-                let column = constraints.start * M..constraints.end * M;
-                // SAFETY: each body has multipliers of its own; otherwise the caller's promise.
-                let column = unsafe { shared?.multipliers(kind, column) };
-                Multipliers::of_iteration(column, self.pass).kept()
-            });
+            let column = constraints.start * M..constraints.end * M;
+            let (iteration, count, is_last) = self.pass;
+            let is_kept = !self.multipliers.is_empty() && (count > 1 || is_last);
+            let kept = is_kept.then(|| (&mut self.multipliers[column], iteration == 0));
             copies::solve(kernel, index, self.copies, kept, self.instructions);
         }
     }
