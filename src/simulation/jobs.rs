@@ -477,7 +477,13 @@ impl Bodies<'_, '_> {
             must_step_together(all, &joints.joined, has_meshes)
         });
         let alone = match together {
-            None => jobs.len(),
+            None => {
+                // Copies of a body follow each other.
+                if on_copies.is_some() {
+                    jobs.sort_unstable_by_key(|job| job.order);
+                }
+                jobs.len()
+            }
             Some(_) => {
                 jobs.sort_unstable_by_key(|job| (job.is_grouped, job.order));
                 jobs.partition_point(|job| !job.is_grouped)

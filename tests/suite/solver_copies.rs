@@ -9,7 +9,7 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Body, Effects, Instructions, Settings, Threads, World,
+    Body, BreakingStrain, Effects, Instructions, Settings, Tear, Threads, WorkEstimate, World,
     copies::{Candidate, group_size},
     deform::Random,
 };
@@ -157,6 +157,81 @@ fn a_copy_that_diverges_leaves_the_others_as_they_are() {
         .collect();
     assert!(out[3], "it diverges");
     assert_eq!(out.iter().filter(|&&out| out).count(), 1, "{out:?}");
+}
+
+/// It is not torn where it is put back, in a group as alone.
+#[test]
+fn a_copy_that_diverges_is_not_torn() {
+    let effects = Effects {
+        tear: Some(Tear {
+            strain: BreakingStrain::of(0.5),
+            ..Tear::default()
+        }),
+        ..elastic_on_ground()
+    };
+    let original = with(body("cube", cube(0.4, 2), 1000.0), effects);
+    let mut bodies = copies(&original, &[]);
+    for i in 0..bodies[3].particles.len() {
+        let wide = bodies[3].particles.position(i) * DVec3::new(1.0, 4.0, 1.0);
+        bodies[3].particles.set_position(i, wide);
+    }
+    bodies[3].particles.set_velocity(0, Vec3::Y * 3e38);
+    let mut all = world(settings(9.81, 60.0, 4, 1), bodies);
+    assert!(assert_equal("tears", &all, 3), "they are in lanes");
+    all.tick();
+    assert!(all.bodies[3].quarantine.is_some(), "it diverges");
+    assert_eq!(all.bodies[3].particles.len(), original.particles.len());
+}
+
+/// One workspace per group, whichever body is its first.
+#[test]
+fn workspaces_do_not_accumulate() {
+    let original = with(body("cube", cube(0.4, 2), 1000.0), elastic_on_ground());
+    let mut all = world(settings(9.81, 60.0, 4, 1), copies(&original, &[]));
+    let mut single = one(&all, &original);
+    single.tick();
+    let alone = single.bodies[0].states.bytes();
+    for _ in 0..6 {
+        all.tick();
+        let workspaces = all
+            .bodies
+            .iter()
+            .filter(|it| it.states.bytes() > alone)
+            .count();
+        let groups = all.bodies.len().div_ceil(8);
+        assert!(
+            (1..=groups).contains(&workspaces),
+            "{workspaces} for {groups} groups"
+        );
+        all.remove(0);
+    }
+}
+
+/// Items that all threads take one after the other are in no group, and each is worked on once.
+#[test]
+fn each_item_of_a_run_is_worked_on_once() {
+    let threads = Threads::new(2).expect("two can be had");
+    let load = |&(projections, pieces, _): &(usize, usize, u32)| {
+        let mut load = WorkEstimate::default();
+        (load.projections, load.pieces) = (projections, pieces);
+        load
+    };
+    for large in 0..9 {
+        let mut items = [(10_000, 1, 0); 9];
+        items[large] = (1_000_000, 2, 0);
+        threads.for_each_group(
+            &mut items,
+            (|_, _| true, |_, count, _| count),
+            load,
+            &|group, _| {
+                for item in group {
+                    // What an item is changes while it is worked on.
+                    *item = (1, 1, item.2 + 1);
+                }
+            },
+        );
+        assert_eq!(items, [(1, 1, 1); 9], "item {large} is large");
+    }
 }
 
 /// The stages one by one, which step each copy alone, give the same bits as whole ticks; and so do

@@ -1,7 +1,8 @@
 //! Blocks of constraints, one per lane: the common frame of all kernels.
 //!
-//! Unsafe code is in this module, in [`lanes`](super::lanes), where threads access pieces of a body
-//! (`step/scope.rs`, `step/shared_body.rs`) and where they receive work of the caller (`parallel`);
+//! Unsafe code is in this module, in [`lanes`](super::lanes), in [`copies`](super::copies), where
+//! threads access pieces of a body (`step/scope.rs`, `step/shared_body.rs`, `step/copies.rs`) and
+//! where they receive work of the caller (`parallel`);
 //! `tests/memory.rs` runs all of it under Miri. Soundness of this module: an [`Elements`] is
 //! immutable and gives the particle range of each batch; `solve_batch` rejects particles that do
 //! not cover it.

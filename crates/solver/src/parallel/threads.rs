@@ -40,6 +40,13 @@ pub struct ThreadsError {
 /// which takes milliseconds per projection.
 const MIN_PROJECTIONS: usize = if cfg!(miri) { 100 } else { 20_000 };
 
+/// Maximum number of items that all threads take one after the other.
+const MAX_LARGE: usize = 64;
+
+fn address<T>(item: &T) -> usize {
+    std::ptr::from_ref(item).addr()
+}
+
 /// Maximum number of threads; larger requests are assumed to be typing errors.
 pub const MAX_THREADS: usize = 1024;
 
@@ -116,8 +123,8 @@ impl Threads {
     }
 
     /// The same for groups of items: in a run of items each of which is `like` the one before, `size`
-    /// gives the size of the groups by the first item, the number of items, and that of the threads.
-    /// Divisible items are like no other.
+    /// gives the size of the groups, at least 1, by the first item, the number of items, and that of the
+    /// threads. An item that all threads take together is in no group.
     pub fn for_each_group<T: Send>(
         &self,
         items: &mut [T],
@@ -135,8 +142,24 @@ impl Threads {
             true => self.count(),
             false => 1,
         };
+        // Decided before any work, which can change the estimates.
+        let mut large = [0; MAX_LARGE];
+        if count > 1 {
+            let is_large = |item: &&T| {
+                let WorkEstimate {
+                    projections,
+                    pieces,
+                } = load(item);
+                pieces > 1 && projections * 2 * count > all
+            };
+            for (place, item) in large.iter_mut().zip(items.iter().filter(is_large)) {
+                *place = address(item);
+            }
+        }
+        let is_large = |item: &T| large.contains(&address(item));
         let groups = |items| {
-            let runs = <[T]>::chunk_by_mut(items, &like);
+            let runs =
+                <[T]>::chunk_by_mut(items, |a, b| !is_large(a) && !is_large(b) && like(a, b));
             runs.flat_map(move |run: &mut [T]| {
                 let size = match &*run {
                     [_] => 1,
@@ -148,13 +171,6 @@ impl Threads {
         if count == 1 {
             return groups(items).for_each(|group| work(group, &one));
         }
-        let is_large = |item: &T| {
-            let WorkEstimate {
-                projections,
-                pieces,
-            } = load(item);
-            pieces > 1 && projections * 2 * self.count() > all
-        };
         let small = || items.iter().filter(|item| !is_large(item));
         // A single remaining item does not justify waking other threads.
         let count = small().count();

@@ -20,6 +20,7 @@ use crate::{
     effects::{
         body_effect::{BodyPass, Resting},
         rod,
+        workspace::Workspace,
     },
     executor::PhaseExecutor,
     force::Moment,
@@ -345,6 +346,7 @@ impl Stepper<'_> {
         let shape = Arc::clone(self.topology);
         let effects = *self.effects;
         let settings = context.settings;
+        self.states.copies = Workspace::default();
         self.prepare_together(&substeps, settings);
         let carried = (&effects, !self.stitches.is_empty());
         let tasks = tasks(&shape, carried, &substeps, context);

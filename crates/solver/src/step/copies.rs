@@ -27,7 +27,8 @@ pub struct Candidate<'a> {
 }
 
 impl Candidate<'_> {
-    /// Whether the two bodies can be stepped side by side.
+    /// Whether the two bodies can be stepped side by side: with nothing between their substeps, and
+    /// constraints that are solved one after the other.
     #[must_use]
     pub fn is_copy_of(&self, other: &Self, settings: &Settings) -> bool {
         let any = settings.substep(0);
@@ -38,6 +39,9 @@ impl Candidate<'_> {
                 .iter()
                 .all(|it| it.stitches.is_none_or(Stitches::is_empty))
             && !settings.begins_each_substep()
+            && self.effects.plasticity.is_none()
+            && self.effects.rolling_ground().is_none()
+            && !self.effects.is_direct(method)
             && method.relaxation() >= 1.0
             && any.averaging(any.total_iterations() - 1).is_none()
             && ElasticKind::ALL
@@ -47,10 +51,11 @@ impl Candidate<'_> {
     }
 }
 
-/// Size of the groups in which a number of copies of a body is best stepped on a number of threads:
-/// [`WIDTH`], or 1 for each alone.
+/// Size of the groups in which a number of copies of a body is best stepped on a number of threads, at
+/// least one: [`WIDTH`], or 1 for each alone.
 #[must_use]
 pub fn group_size(topology: &Topology, copies: usize, threads: usize) -> usize {
+    let threads = threads.max(1);
     let groups = copies.div_ceil(WIDTH).div_ceil(threads);
     match groups as f32 * cost(topology) < copies.div_ceil(threads) as f32 {
         true => WIDTH,
@@ -71,7 +76,8 @@ fn cost(topology: &Topology) -> f32 {
 }
 
 /// Performs some substeps of a tick for up to [`WIDTH`] bodies, each of which is [a
-/// copy](Candidate::is_copy_of) of the one before.
+/// copy](Candidate::is_copy_of) of the one before. All must have been [prepared](Stepper::prepare) in
+/// the same way. Those beyond [`WIDTH`] are not stepped.
 pub fn advance<'a>(
     mut bodies: impl Iterator<Item = Stepper<'a>>,
     substeps: &Range<u32>,
@@ -114,11 +120,15 @@ fn advance_lanes(
     for body in bodies.iter_mut().flatten() {
         body.prepare_together(substeps, context.settings);
     }
+    // Groups change: the largest workspace is kept.
+    let all = bodies.iter_mut().flatten();
+    let workspaces = all.map(|body| take(&mut body.states.copies));
+    let largest = workspaces.max_by_key(Workspace::bytes);
+    let mut workspace = largest.unwrap_or_default();
     let Some(first) = bodies.iter_mut().flatten().next() else {
         return;
     };
     let (shape, effects) = (Arc::clone(first.topology), *first.effects);
-    let mut workspace = take(&mut first.states.copies);
     for (copied, own) in workspace.multipliers.iter_mut().zip(first.states.columns()) {
         copied.resize(own.len(), [0.0; WIDTH]);
     }

@@ -84,36 +84,6 @@ impl World {
         let joined = Joined::of(stitches, bodies.len());
         let all = bodies.iter().map(|body| (&body.effects, body.is_active()));
         let together = must_step_together(all, &joined, has_meshes);
-        let end = |body: &mut Body| {
-            body.tear(settings);
-            body.renew(settings);
-            if body.is_active() && body.end_tick(seconds, settings.gravity, sleep) {
-                body.fall_asleep();
-            }
-        };
-        let step = |body: &mut Body, is_grouped: bool, threads: &Threads| {
-            body.begin_tick();
-            if body.is_active() && !is_grouped {
-                body.advance(&StepContext { threads, ..context });
-                end(body);
-            }
-        };
-        let step_copies = |copies: &mut [Body], threads: &Threads| {
-            if let [body] = copies {
-                return step(body, false, threads);
-            }
-            copies.iter_mut().for_each(Body::begin_tick);
-            advance_copies(copies, &StepContext { threads, ..context });
-            copies.iter_mut().filter(|it| it.is_active()).for_each(end);
-        };
-        let are_copies =
-            |a: &Body, b: &Body| a.is_active() && b.is_active() && a.is_copy_of(b, settings);
-        let iterations =
-            settings.substeps.get() as usize * settings.substep(0).total_iterations() as usize;
-        let estimate = |body: &Body, is_grouped: bool| match body.is_active() && !is_grouped {
-            true => body.direct.load(&body.effects, &body.topology, iterations),
-            false => WorkEstimate::default(),
-        };
         if together {
             let members = (0..).zip(&mut *bodies).map(|(number, body)| Member {
                 number,
@@ -121,11 +91,7 @@ impl World {
                 body,
             });
             let mut members: Vec<_> = members.collect();
-            threads.for_each(
-                &mut members,
-                |it: &Member| estimate(it.body, it.is_grouped),
-                &|it: &mut Member, threads: &Threads| step(it.body, it.is_grouped, threads),
-            );
+            step_alone(&mut members, &context, sleep);
             members.retain(|it| it.is_grouped);
             advance_together(&mut members, contacts, &context);
             for place in 0..members.len() {
@@ -140,14 +106,7 @@ impl World {
             }
             end_tick_together(&mut members, (contacts, &joined), &context, sleep);
         } else {
-            threads.for_each_group(
-                bodies,
-                (are_copies, |first, copies, threads| {
-                    copies::group_size(&first.topology, copies, threads)
-                }),
-                |body: &Body| estimate(body, false),
-                &step_copies,
-            );
+            step_alone(bodies, &context, sleep);
             contacts.clear();
         }
         self.emit();
@@ -288,16 +247,94 @@ fn advance_together(bodies: &mut [Member], contacts: &mut Contacts, context: &St
     }
 }
 
+/// A body, or one in a list.
+trait Listed: Send {
+    fn body(&self) -> &Body;
+
+    fn body_mut(&mut self) -> &mut Body;
+
+    /// Whether it is stepped together with others.
+    fn is_grouped(&self) -> bool;
+}
+
+impl Listed for Body {
+    fn body(&self) -> &Body {
+        self
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        self
+    }
+
+    fn is_grouped(&self) -> bool {
+        false
+    }
+}
+
+impl Listed for Member<'_> {
+    fn body(&self) -> &Body {
+        self.body
+    }
+
+    fn body_mut(&mut self) -> &mut Body {
+        self.body
+    }
+
+    fn is_grouped(&self) -> bool {
+        self.is_grouped
+    }
+}
+
+/// Begins a tick of bodies, and performs the rest of it for those that are not stepped together with
+/// others.
+fn step_alone<T: Listed>(bodies: &mut [T], context: &StepContext, sleep: &SleepSettings) {
+    let settings = context.settings;
+    let iterations =
+        settings.substeps.get() as usize * settings.substep(0).total_iterations() as usize;
+    let is_stepped = |it: &T| it.body().is_active() && !it.is_grouped();
+    let load = |it: &T| match (is_stepped(it), it.body()) {
+        (true, body) => body.direct.load(&body.effects, &body.topology, iterations),
+        (false, _) => WorkEstimate::default(),
+    };
+    let are_copies =
+        |a: &T, b: &T| is_stepped(a) && is_stepped(b) && a.body().is_copy_of(b.body(), settings);
+    context.threads.for_each_group(
+        bodies,
+        (are_copies, |first, copies, threads| {
+            copies::group_size(&first.body().topology, copies, threads)
+        }),
+        load,
+        &|group: &mut [T], threads: &Threads| {
+            let context = StepContext {
+                threads,
+                ..*context
+            };
+            group.iter_mut().for_each(|it| it.body_mut().begin_tick());
+            match &mut *group {
+                [it] if is_stepped(it) => it.body_mut().advance(&context),
+                [_] => {}
+                copies => advance_copies(copies, &context),
+            }
+            for it in group.iter_mut().filter(|it| is_stepped(it)) {
+                let body = it.body_mut();
+                body.tear(settings);
+                body.renew(settings);
+                if body.end_tick(settings.tick_seconds(), settings.gravity, sleep) {
+                    body.fall_asleep();
+                }
+            }
+        },
+    );
+}
+
 /// Performs all substeps of a tick for bodies each of which is a copy of the one before.
-fn advance_copies(bodies: &mut [Body], context: &StepContext) {
+fn advance_copies<T: Listed>(copies: &mut [T], context: &StepContext) {
     let substeps = 0..context.settings.substeps.get();
-    let steppers = bodies
-        .iter_mut()
-        .filter(|it| it.is_active())
-        .map(Body::stepper);
+    let all = copies.iter_mut().map(Listed::body_mut);
+    let steppers = all.filter(|it| it.is_active()).map(Body::stepper);
     let results = copies::advance(steppers, &substeps, context);
-    let stepped = bodies.iter_mut().filter(|it| it.is_active());
-    for (body, result) in stepped.zip(results) {
+    let all = copies.iter_mut().map(Listed::body_mut);
+    for (body, result) in all.filter(|it| it.is_active()).zip(results) {
         body.end_advance(result, Quarantine::USER, context);
     }
 }
