@@ -481,8 +481,8 @@ fn scenes_that_are_too_large_are_refused_before_memory_is_allocated() {
             Err(error) => error.to_string(),
         };
         // The largest scene that is built before it is rejected has 100 000 ropes of two edges, of
-        // less than 4.55 kB each, in a list that doubles while it grows.
-        let message = in_proportion(text.len(), (455_000_000, READING.1), build);
+        // less than 4.57 kB each, in a list that doubles while it grows.
+        let message = in_proportion(text.len(), (457_000_000, READING.1), build);
         assert!(message.contains("body “b”") && message.contains(says), "{message}");
     }
 }

@@ -10,8 +10,11 @@ use super::{
     shared_body::SharedBody,
 };
 use crate::{
-    Effects, ElasticKind, Settings, Stitches, Topology, effects::workspace::Workspace,
-    kernel::lanes::WIDTH, particles::Part, partitions::Piece,
+    Effects, ElasticKind, Settings, Stitches, Topology,
+    effects::workspace::{Columns, Workspace},
+    kernel::lanes::WIDTH,
+    particles::Part,
+    partitions::Piece,
 };
 use std::{array, mem::take, ops::Range, sync::Arc};
 
@@ -125,11 +128,12 @@ fn advance_lanes(
     let workspaces = all.map(|body| take(&mut body.states.copies));
     let largest = workspaces.max_by_key(Workspace::bytes);
     let mut workspace = largest.unwrap_or_default();
+    let columns = workspace.columns();
     let Some(first) = bodies.iter_mut().flatten().next() else {
         return;
     };
     let (shape, effects) = (Arc::clone(first.topology), *first.effects);
-    for (copied, own) in workspace.multipliers.iter_mut().zip(first.states.columns()) {
+    for (copied, own) in columns.multipliers.iter_mut().zip(first.states.columns()) {
         copied.resize(own.len(), [0.0; WIDTH]);
     }
     let contexts = bodies.each_ref().map(|body| {
@@ -144,7 +148,7 @@ fn advance_lanes(
         contexts: &contexts,
         shared: &shared,
         results: &mut *results,
-        workspace: &mut workspace,
+        columns,
         stored: [false; ElasticKind::COUNT],
         are_loaded: false,
         context,
@@ -176,7 +180,7 @@ struct Lanes<'a, 'b> {
     contexts: &'a [Option<TaskContext<'b>>; WIDTH],
     shared: &'a [Option<SharedBody<'b>>; WIDTH],
     results: &'a mut [Result<(), NotFinite>; WIDTH],
-    workspace: &'a mut Workspace,
+    columns: &'a mut Columns,
     /// The effects whose multipliers were stored.
     stored: [bool; ElasticKind::COUNT],
     /// Whether the copies have the displacements of the bodies; those of the bodies are then out of
@@ -221,8 +225,8 @@ impl Lanes<'_, '_> {
         let work = CopiesPass {
             piece,
             whole: phase.is_whole(),
-            copies: &mut self.workspace.copies,
-            multipliers: &mut self.workspace.multipliers[kind as usize],
+            copies: &mut self.columns.copies,
+            multipliers: &mut self.columns.multipliers[kind as usize],
             pass,
             instructions: self.context.instructions,
         };
@@ -237,7 +241,7 @@ impl Lanes<'_, '_> {
             };
             // SAFETY: the bodies are borrowed, and this thread has them alone.
             let columns = unsafe { shared.all_multipliers() };
-            let copied = columns.into_iter().zip(&self.workspace.multipliers);
+            let copied = columns.into_iter().zip(&self.columns.multipliers);
             for ((column, copied), stored) in copied.zip(self.stored) {
                 if stored {
                     for (own, copied) in column.iter_mut().zip(copied) {
@@ -264,14 +268,14 @@ impl Lanes<'_, '_> {
 
     fn load(&mut self, piece: &Piece, damped: bool) {
         if !self.are_loaded {
-            let mut copies = take(&mut self.workspace.copies);
+            let mut copies = take(&mut self.columns.copies);
             // SAFETY: the parts are dropped before others are requested.
             let parts = unsafe { self.parts(piece) };
             if parts.iter().any(Option::is_some) {
                 copies.load(&parts, damped, self.context.instructions);
                 self.are_loaded = true;
             }
-            self.workspace.copies = copies;
+            self.columns.copies = copies;
         }
     }
 
@@ -279,7 +283,7 @@ impl Lanes<'_, '_> {
         if take(&mut self.are_loaded) {
             // SAFETY: the parts are dropped before others are requested.
             let mut parts = unsafe { self.parts(piece) };
-            let copies = &self.workspace.copies;
+            let copies = &self.columns.copies;
             copies.store(&mut parts, self.context.instructions);
         }
     }
