@@ -131,7 +131,7 @@ fn no_threads_and_no_instructions_change_a_bit() {
             for threads in [1, 2] {
                 let world = World {
                     instructions,
-                    threads: Threads::new(threads).expect("so many can be had"),
+                    threads: Threads::new(threads).expect("a valid number of threads"),
                     ..world(settings(9.81, 60.0, 4, 1), bodies.clone())
                 };
                 assert!(assert_equal("elastic", &world, 4), "they are in lanes");
@@ -210,7 +210,7 @@ fn workspaces_do_not_accumulate() {
 /// Items that all threads take one after the other are in no group, and each is worked on once.
 #[test]
 fn each_item_of_a_run_is_worked_on_once() {
-    let threads = Threads::new(2).expect("two can be had");
+    let threads = Threads::new(2).expect("a valid number of threads");
     let load = |&(projections, pieces, _): &(usize, usize, u32)| {
         let mut load = WorkEstimate::default();
         (load.projections, load.pieces) = (projections, pieces);

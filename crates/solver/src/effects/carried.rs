@@ -45,6 +45,11 @@ impl Effects {
             .filter(|ground| ground.rolling_resistance.get() > 0.0)
     }
 
+    /// Whether something acts on the body between substeps: plastic flow or rolling resistance.
+    pub(crate) fn acts_between_substeps(&self) -> bool {
+        self.plasticity.is_some() || self.rolling_ground().is_some()
+    }
+
     /// Whether the body has contact with other bodies or itself.
     #[must_use]
     pub fn can_touch(&self) -> bool {

@@ -138,19 +138,19 @@ impl Threads {
         let one = Self::default();
         let projections = |item: &T| load(item).projections;
         let all: usize = items.iter().map(projections).sum();
-        let count = match self.pays(all) {
+        let threads = match self.pays(all) {
             true => self.count(),
             false => 1,
         };
         // Decided before any work, which can change the estimates.
         let mut large = [0; MAX_LARGE];
-        if count > 1 {
+        if threads > 1 {
             let is_large = |item: &&T| {
                 let WorkEstimate {
                     projections,
                     pieces,
                 } = load(item);
-                pieces > 1 && projections * 2 * count > all
+                pieces > 1 && projections * 2 * threads > all
             };
             for (place, item) in large.iter_mut().zip(items.iter().filter(is_large)) {
                 *place = address(item);
@@ -163,12 +163,12 @@ impl Threads {
             runs.flat_map(move |run: &mut [T]| {
                 let size = match &*run {
                     [_] => 1,
-                    run => size(&run[0], run.len(), count),
+                    run => size(&run[0], run.len(), threads),
                 };
                 run.chunks_mut(size)
             })
         };
-        if count == 1 {
+        if threads == 1 {
             return groups(items).for_each(|group| work(group, &one));
         }
         let small = || items.iter().filter(|item| !is_large(item));

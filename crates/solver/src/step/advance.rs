@@ -305,8 +305,7 @@ impl Stepper<'_> {
         }
         let begins = context.settings.begins_each_substep();
         let repaired = !self.particles.repair.is_empty();
-        let flows = self.effects.plasticity.is_some() || self.effects.rolling_ground().is_some();
-        !begins && !repaired && !flows
+        !begins && !repaired && !self.effects.acts_between_substeps()
     }
 
     /// Performs substeps with what is between them: repair, plastic flow, second-order steps.
@@ -356,15 +355,19 @@ impl Stepper<'_> {
 
     /// Prepares what the tasks of some substeps need.
     pub(super) fn prepare_together(&mut self, substeps: &Range<u32>, settings: &Settings) {
-        let any = settings.substep(0);
-        let averages = any.averaging(any.total_iterations() - 1).is_some();
-        let sums = if averages {
+        self.prepare_sums(&settings.substep(0));
+        self.prepare_effects(&settings.substep(substeps.start), |_| true);
+    }
+
+    /// Allocates sums if a substep has averaged passes.
+    fn prepare_sums(&mut self, step: &Substep) {
+        let averages = step.averaging(step.total_iterations() - 1).is_some();
+        let count = if averages {
             self.topology.particles()
         } else {
             0
         };
-        self.states.make_sums(sums);
-        self.prepare_effects(&settings.substep(substeps.start), |_| true);
+        self.states.make_sums(count);
     }
 
     /// Performs one stage of a substep.
@@ -418,9 +421,7 @@ impl Stepper<'_> {
         let topology: &Topology = &shape;
         let effects = *self.effects;
         let stitched = !self.stitches.is_empty();
-        let averages = step.averaging(step.total_iterations() - 1).is_some();
-        let sums = if averages { topology.particles() } else { 0 };
-        self.states.make_sums(sums);
+        self.prepare_sums(step);
         self.prepare_effects(step, |kind| {
             let mut stages = stages.clone();
             stages.any(|(stage, _)| stage == Stage::Body(kind))

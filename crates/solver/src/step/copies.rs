@@ -42,8 +42,7 @@ impl Candidate<'_> {
                 .iter()
                 .all(|it| it.stitches.is_none_or(Stitches::is_empty))
             && !settings.begins_each_substep()
-            && self.effects.plasticity.is_none()
-            && self.effects.rolling_ground().is_none()
+            && !self.effects.acts_between_substeps()
             && !self.effects.is_direct(method)
             && method.relaxation() >= 1.0
             && any.averaging(any.total_iterations() - 1).is_none()
