@@ -8,14 +8,14 @@ use crate::{
     kernel::block::{
         Ask, Block, Blocks, LaneRow, Projected, any, cross, difference, dot, solve_rows,
     },
-    lanes::{Columns, Instructions, Lanes, Vectors, WIDTH, arc_tangent},
+    lanes::{Columns, Floats, Instructions, Lanes, Vectors, arc_tangent},
     order::{Corner, Elements},
     topology::{
         Hinges,
         hinges::{angle, normals},
     },
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f32::consts::{PI, TAU};
@@ -194,9 +194,9 @@ impl<F: Fn([u32; 4]) -> bool> Ask<4> for Folded<F> {
         if !is_open.any_false() {
             return false;
         }
-        let is_open = is_open.select(f32x8::splat(simd, 1.0), f32x8::splat(simd, 0.0));
-        let lanes = block.corners().zip(<[f32; WIDTH]>::from(is_open));
-        let mut folded = lanes.filter(|&(_, is_open)| is_open == 0.0);
+        let is_open = is_open.select(simd.number(1.0), simd.number(0.0));
+        let lanes = block.corners().zip(is_open.as_slice());
+        let mut folded = lanes.filter(|&(_, &is_open)| is_open == 0.0);
         folded.any(|(corners, _)| (self.counts)(corners.map(Corner::particle)))
     }
 }
@@ -228,10 +228,10 @@ impl Blocks<4, 1> for Kernel<'_> {
         block: &Block<4>,
         x: &[Columns<L>; 4],
         moved: Option<&[Vectors<L>; 4]>,
-        lambda: Option<[f32x8<L>; 1]>,
+        lambda: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
         let Coefficients { alpha, gamma } = self.coefficients;
-        let zero = f32x8::splat(simd, 0.0);
+        let zero = simd.number(0.0);
         let [min_normal, min_edge] =
             [0, 1].map(|kind: usize| block.column(simd, &self.hinges.floors[kind]));
         let edge = difference(&x[1], &x[0]);
@@ -248,8 +248,9 @@ impl Blocks<4, 1> for Kernel<'_> {
         // projections of the opposite corners onto it.
         let over_1 = dot(&first, &edge) / length;
         let over_2 = dot(&second, &edge) / length;
-        let s1 = 1.0 / dot(&n1, &n1).max(min_normal);
-        let s2 = 1.0 / dot(&n2, &n2).max(min_normal);
+        let one = simd.number(1.0);
+        let s1 = one / dot(&n1, &n1).max(min_normal);
+        let s2 = one / dot(&n2, &n2).max(min_normal);
         let mut gradients = [[zero; 3]; 4];
         for axis in 0..3 {
             let (u1, u2) = (n1[axis] * s1, n2[axis] * s2);

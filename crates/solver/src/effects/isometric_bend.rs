@@ -6,11 +6,11 @@ use crate::{
     Damping, ElasticKind, FlexuralRigidity, Topology,
     elastic::{Elastic, Point, Row},
     kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows},
-    lanes::{Columns, Lanes, Vectors},
+    lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
     topology::{Hinges, hinges::Cotangents},
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -136,9 +136,9 @@ impl Blocks<4, 1> for Kernel<'_> {
         block: &Block<4>,
         x: &[Columns<L>; 4],
         moved: Option<&[Vectors<L>; 4]>,
-        lambda: Option<[f32x8<L>; 1]>,
+        lambda: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
-        let zero = f32x8::splat(simd, 0.0);
+        let zero = simd.number(0.0);
         let [k1, k2, k3] =
             [0, 1, 2].map(|k: usize| block.column(simd, &self.cotangents.weights[k]));
         let ways = [
@@ -152,7 +152,10 @@ impl Blocks<4, 1> for Kernel<'_> {
         }
         let length = dot(&d, &d).sqrt();
         let sided = length.simd_gt(zero);
-        let inverse = sided.select(1.0 / sided.select(length, 1.0.simd_into(simd)), zero);
+        let inverse = sided.select(
+            simd.number(1.0) / sided.select(length, simd.number(1.0)),
+            zero,
+        );
         let mut gradients = [[zero; 3]; 4];
         let k0 = -(k1 + k2 + k3);
         for axis in 0..3 {

@@ -6,11 +6,11 @@ use crate::{
     Damping, ElasticKind, PoissonRatio, Thickness, Topology, YoungsModulus,
     elastic::{Elastic, Point, Row},
     kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows},
-    lanes::{Columns, Lanes, Vectors, WIDTH},
+    lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
     topology::Facets,
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -218,14 +218,12 @@ impl<'a, const ISOTROPIC: bool> Kernel<'a, ISOTROPIC> {
     #[cold]
     fn open<L: Lanes>(
         &self,
-        simd: L,
         block: &Block<3>,
-        images: [[f32x8<L>; 3]; 2],
-        squares: [f32x8<L>; 2],
-    ) -> [[f32x8<L>; 3]; 2] {
-        let mut images = images.map(|image| image.map(<[f32; WIDTH]>::from));
-        let squares = squares.map(<[f32; WIDTH]>::from);
-        for (lane, corners) in block.corners().enumerate() {
+        images: [[Floats<L>; 3]; 2],
+        squares: [Floats<L>; 2],
+    ) -> [[Floats<L>; 3]; 2] {
+        let mut images = images;
+        for (lane, corners) in (0..L::LANES).zip(block.corners()) {
             let x = corners.map(|corner| self.rest[corner.particle() as usize]);
             let (a, b) = (x[1] - x[0], x[2] - x[0]);
             let index = block.first + lane.min(block.lanes - 1);
@@ -242,7 +240,7 @@ impl<'a, const ISOTROPIC: bool> Kernel<'a, ISOTROPIC> {
                 }
             }
         }
-        images.map(|image| image.map(|column| column.simd_into(simd)))
+        images
     }
 }
 
@@ -262,9 +260,9 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
         block: &Block<3>,
         x: &[Columns<L>; 3],
         moved: Option<&[Vectors<L>; 3]>,
-        lambda: Option<[f32x8<L>; 3]>,
+        lambda: Option<[Floats<L>; 3]>,
     ) -> Projected<L, 3, 3> {
-        let zero = f32x8::splat(simd, 0.0);
+        let zero = simd.number(0.0);
         let p = block.column(simd, &self.facets.inverse[0]);
         let q = block.column(simd, &self.facets.inverse[1]);
         let r = block.column(simd, &self.facets.inverse[2]);
@@ -284,7 +282,7 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
         }
         let squares = [dot(&images[0], &images[0]), dot(&images[1], &images[1])];
         if squares[0].min(squares[1]).simd_lt(VANISHED).any_true() {
-            images = self.open(simd, block, images, squares);
+            images = self.open::<L>(block, images, squares);
         }
         let [w0, w1, w2] = [x[0][3], x[1][3], x[2][3]];
         let along = (w1 * p * p + w2 * r * r + w0 * (p + r) * (p + r)) * FLOOR;
@@ -310,7 +308,7 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
             rows[k] = Some(LaneRow {
                 error,
                 gradients: gradients(simd, &images, to_a, to_b),
-                alpha: f32x8::splat(simd, self.alphas[k]) / area,
+                alpha: simd.number(self.alphas[k]) / area,
                 least,
             });
         }
@@ -325,11 +323,11 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
 #[inline(always)]
 fn gradients<L: Lanes>(
     simd: L,
-    [f, g]: &[[f32x8<L>; 3]; 2],
-    to_a: [f32x8<L>; 2],
-    to_b: [f32x8<L>; 2],
-) -> [[f32x8<L>; 3]; 3] {
-    let mut gradients = [[f32x8::splat(simd, 0.0); 3]; 3];
+    [f, g]: &[[Floats<L>; 3]; 2],
+    to_a: [Floats<L>; 2],
+    to_b: [Floats<L>; 2],
+) -> [[Floats<L>; 3]; 3] {
+    let mut gradients = [[simd.number(0.0); 3]; 3];
     for axis in 0..3 {
         gradients[1][axis] = f[axis] * to_a[0] + g[axis] * to_a[1];
         gradients[2][axis] = f[axis] * to_b[0] + g[axis] * to_b[1];

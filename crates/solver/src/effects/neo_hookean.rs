@@ -6,11 +6,11 @@ use crate::{
     Damping, ElasticKind, PoissonRatio, Topology, YoungsModulus,
     elastic::{Curvature, Elastic, Point, Row},
     kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference, dot, solve_rows},
-    lanes::{Columns, Lanes, Vectors},
+    lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
     topology::{Frames, Tetrahedra},
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -356,10 +356,10 @@ impl Blocks<4, 2> for Kernel<'_> {
         block: &Block<4>,
         x: &[Columns<L>; 4],
         moved: Option<&[Vectors<L>; 4]>,
-        lambda: Option<[f32x8<L>; 2]>,
+        lambda: Option<[Floats<L>; 2]>,
     ) -> Projected<L, 4, 2> {
-        let zero = f32x8::splat(simd, 0.0);
-        let one = f32x8::splat(simd, 1.0);
+        let zero = simd.number(0.0);
+        let one = simd.number(1.0);
         let mut inverse = [[zero; 3]; 3];
         // F − 1, column by column.
         let mut h = [[zero; 3]; 3];
@@ -393,7 +393,7 @@ impl Blocks<4, 2> for Kernel<'_> {
         let minors =
             (a[0] * b[1] - a[1] * b[0]) + (a[0] * c[2] - a[2] * c[0]) + (b[1] * c[2] - b[2] * c[1]);
         let volume = a[0] + b[1] + c[2] + minors + dot(a, &cross(b, c));
-        let added = (-2.0 - (xx + yy + zz)).max(0.0);
+        let added = (simd.number(-2.0) - (xx + yy + zz)).max(0.0);
         let square = volume * volume * 2.0 - green_minors - green_determinant + added * added;
         let shear = square.max(0.0).sqrt();
 
@@ -437,7 +437,7 @@ impl Blocks<4, 2> for Kernel<'_> {
         let rest_volume = block.column(simd, &self.tetrahedra.rest_volume).abs();
         let [alpha_shear, alpha_volume] = self
             .per_modulus
-            .map(|per_modulus| (per_modulus / rest_volume).min(SOFTEST));
+            .map(|per_modulus| (simd.number(per_modulus) / rest_volume).min(SOFTEST));
         // Without a gradient it is inactive: its multiplier does not change.
         let silent = match &lambda {
             Some(lambda) => -(alpha_volume * lambda[1]),
@@ -467,10 +467,10 @@ impl Blocks<4, 2> for Kernel<'_> {
 #[inline(always)]
 fn lane_gradients<L: Lanes>(
     simd: L,
-    slope: &[[f32x8<L>; 3]; 3],
-    inverse: &[[f32x8<L>; 3]; 3],
-) -> [[f32x8<L>; 3]; 4] {
-    let mut gradients = [[f32x8::splat(simd, 0.0); 3]; 4];
+    slope: &[[Floats<L>; 3]; 3],
+    inverse: &[[Floats<L>; 3]; 3],
+) -> [[Floats<L>; 3]; 4] {
+    let mut gradients = [[simd.number(0.0); 3]; 4];
     for axis in 0..3 {
         for k in 0..3 {
             gradients[k + 1][axis] = slope[0][axis] * inverse[k][0]

@@ -6,7 +6,7 @@ use crate::reflection::*;
 use crate::{
     Creep, Effects, Particles, PlasticLimit, Topology, Yield,
     kernel::block::{Block, Blocks, Projected, cross, difference, dot, solve_all},
-    lanes::{Columns, Lanes, Vectors, arc_tangent},
+    lanes::{Columns, Floats, Lanes, Vectors, arc_tangent},
     order::Elements,
     particles::Part,
     topology::{
@@ -14,7 +14,7 @@ use crate::{
         hinges::{FLOOR, angle},
     },
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::{f32::consts::PI, sync::Arc};
@@ -300,22 +300,21 @@ impl Law {
     fn change<L: Lanes>(
         &self,
         simd: L,
-        [now, rest, size]: [f32x8<L>; 3],
-        [least, most]: [f32x8<L>; 2],
-    ) -> f32x8<L> {
+        [now, rest, size]: [Floats<L>; 3],
+        [least, most]: [Floats<L>; 2],
+    ) -> Floats<L> {
         let error = now - rest;
         let over = error.abs() - size * self.yields;
         let step = over * self.fraction;
         let step = error.simd_lt(0.0).select(-step, step);
         let next = (rest + step).max(least).min(most);
         // Adding −0 leaves every number bitwise unchanged.
-        over.simd_gt(0.0)
-            .select(next - rest, f32x8::splat(simd, -0.0))
+        over.simd_gt(0.0).select(next - rest, simd.number(-0.0))
     }
 
     /// [`of_size`](Self::of_size) in lanes.
     #[inline(always)]
-    fn bounds<L: Lanes>(&self, start: f32x8<L>) -> [f32x8<L>; 2] {
+    fn bounds<L: Lanes>(&self, start: Floats<L>) -> [Floats<L>; 2] {
         let less = start - start * self.limit.min(MAX_SHRINKING);
         let more = start + start * self.limit;
         [less.min(more), less.max(more)]
@@ -349,15 +348,15 @@ impl Blocks<2, 1> for Lengths<'_> {
         block: &Block<2>,
         [a, b]: &[Columns<L>; 2],
         _: Option<&[Vectors<L>; 2]>,
-        rest: Option<[f32x8<L>; 1]>,
+        rest: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 2, 1> {
         let Some([rest]) = rest else {
-            return Projected::still(simd, [f32x8::splat(simd, -0.0)]);
+            return Projected::still(simd, [simd.number(-0.0)]);
         };
         let d = difference(b, a);
         let size = block.column(simd, &self.edges.rest_length);
         let values = [dot(&d, &d).sqrt(), rest, size];
-        let change = self.law.change(simd, values, self.law.bounds(size));
+        let change = self.law.change(simd, values, self.law.bounds::<L>(size));
         Projected::still(simd, [change])
     }
 }
@@ -384,10 +383,10 @@ impl Blocks<4, 1> for Volumes<'_> {
         block: &Block<4>,
         x: &[Columns<L>; 4],
         _: Option<&[Vectors<L>; 4]>,
-        rest: Option<[f32x8<L>; 1]>,
+        rest: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
         let Some([rest]) = rest else {
-            return Projected::still(simd, [f32x8::splat(simd, -0.0)]);
+            return Projected::still(simd, [simd.number(-0.0)]);
         };
         let (a, b, c) = (
             difference(&x[1], &x[0]),
@@ -397,7 +396,7 @@ impl Blocks<4, 1> for Volumes<'_> {
         let now = dot(&a, &cross(&b, &c)) * (1.0 / 6.0);
         let start = block.column(simd, &self.tetrahedra.rest_volume);
         let values = [now, rest, start.abs()];
-        let change = self.law.change(simd, values, self.law.bounds(start));
+        let change = self.law.change(simd, values, self.law.bounds::<L>(start));
         Projected::still(simd, [change])
     }
 }
@@ -424,10 +423,10 @@ impl Blocks<4, 1> for Angles<'_> {
         block: &Block<4>,
         x: &[Columns<L>; 4],
         _: Option<&[Vectors<L>; 4]>,
-        rest: Option<[f32x8<L>; 1]>,
+        rest: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
         let Some([rest]) = rest else {
-            return Projected::still(simd, [f32x8::splat(simd, -0.0)]);
+            return Projected::still(simd, [simd.number(-0.0)]);
         };
         let floor = block.column(simd, &self.hinges.floors[1]);
         let edge = difference(&x[1], &x[0]);
@@ -472,12 +471,12 @@ impl Blocks<4, 1> for Folds<'_> {
         block: &Block<4>,
         x: &[Columns<L>; 4],
         _: Option<&[Vectors<L>; 4]>,
-        rest: Option<[f32x8<L>; 1]>,
+        rest: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
         let Some([rest]) = rest else {
-            return Projected::still(simd, [f32x8::splat(simd, -0.0)]);
+            return Projected::still(simd, [simd.number(-0.0)]);
         };
-        let mut square = f32x8::splat(simd, 0.0);
+        let mut square = simd.number(0.0);
         let weights = &self.cotangents.weights;
         let (k1, k2, k3) = (
             block.column(simd, &weights[0]),

@@ -6,11 +6,11 @@ use crate::{
     Damping, ElasticKind, Strain, Topology,
     elastic::{Elastic, Point, Row},
     kernel::block::{Block, Blocks, Projected, difference, dot, scaled},
-    lanes::{Columns, Lanes, Vectors},
+    lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
     topology::Edges,
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -111,16 +111,16 @@ impl Blocks<2, 1> for Kernel<'_> {
         block: &Block<2>,
         [a, b]: &[Columns<L>; 2],
         _: Option<&[Vectors<L>; 2]>,
-        _: Option<[f32x8<L>; 1]>,
+        _: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 2, 1> {
-        let zero = f32x8::splat(simd, 0.0);
+        let zero = simd.number(0.0);
         let d = difference(b, a);
         let length = dot(&d, &d).sqrt();
         let error = length - block.column(simd, &self.edges.rest_length) * self.most;
         let weight = a[3] + b[3];
         let acts = error.simd_gt(0.0) & weight.simd_gt(0.0);
         // Adding 0 would turn −0 into +0: inactive constraints must change nothing.
-        let stays = f32x8::splat(simd, -0.0);
+        let stays = simd.number(-0.0);
         if !acts.any_true() {
             return Projected::still(simd, [zero]);
         }

@@ -6,11 +6,11 @@ use crate::{
     Compliance, Damping, ElasticKind, Particles, RepairTime, Stiffness, Topology,
     elastic::{Elastic, Point, Row},
     kernel::block::{Ask, Block, Blocks, Projected, any, difference, dot, scaled},
-    lanes::{Columns, Instructions, Lanes, Vectors, WIDTH},
+    lanes::{Columns, Floats, Instructions, Lanes, Vectors},
     order::Elements,
     topology::Edges,
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -231,7 +231,7 @@ impl Blocks<2, 1> for Kernel<'_> {
         block: &Block<2>,
         [a, b]: &[Columns<L>; 2],
         moved: Option<&[Vectors<L>; 2]>,
-        lambda: Option<[f32x8<L>; 1]>,
+        lambda: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 2, 1> {
         let Coefficients {
             alpha,
@@ -248,12 +248,12 @@ impl Blocks<2, 1> for Kernel<'_> {
         let mut denominator = weighted * length;
         if denominator.simd_gt(0.0).any_false() {
             // Edges without a direction get one of length 1; those that cannot move do not change.
-            (d, length) = self.open(simd, block, d, length);
+            (d, length) = self.open::<L>(block, d, length);
             denominator = weighted * length;
-            error = denominator.simd_gt(0.0).select(error, 0.0.simd_into(simd));
+            error = denominator.simd_gt(0.0).select(error, simd.number(0.0));
             denominator = denominator
                 .simd_gt(0.0)
-                .select(denominator, 1.0.simd_into(simd));
+                .select(denominator, simd.number(1.0));
         }
         if let Some([lambda]) = lambda {
             error -= alpha * lambda;
@@ -285,14 +285,12 @@ impl Kernel<'_> {
     #[cold]
     fn open<L: Lanes>(
         &self,
-        simd: L,
         block: &Block<2>,
-        d: [f32x8<L>; 3],
-        length: f32x8<L>,
-    ) -> ([f32x8<L>; 3], f32x8<L>) {
-        let mut d = d.map(<[f32; WIDTH]>::from);
-        let mut length = <[f32; WIDTH]>::from(length);
-        for (lane, ends) in block.corners().enumerate() {
+        d: [Floats<L>; 3],
+        length: Floats<L>,
+    ) -> ([Floats<L>; 3], Floats<L>) {
+        let (mut d, mut length) = (d, length);
+        for (lane, ends) in (0..L::LANES).zip(block.corners()) {
             if length[lane] == 0.0 {
                 let [a, b] = ends.map(|end| self.rest[end.particle() as usize]);
                 let apart = b - a;
@@ -303,6 +301,6 @@ impl Kernel<'_> {
                 }
             }
         }
-        (d.map(|d| d.simd_into(simd)), length.simd_into(simd))
+        (d, length)
     }
 }

@@ -6,14 +6,14 @@ use crate::{
     Compliance, Damping, ElasticKind, Particles, RepairTime, Stiffness, Topology,
     elastic::{Elastic, Point, Row},
     kernel::{
-        block::{Ask, Block, Blocks, Projected, any, cross, difference, dot, scaled},
+        block::{Arithmetic, Ask, Block, Blocks, Projected, any, cross, difference, dot, scaled},
         geometry::volume_and_gradients,
     },
-    lanes::{Columns, Instructions, Lanes, Vectors, WIDTH},
+    lanes::{Columns, Floats, Instructions, Lanes, Vectors},
     order::Elements,
     topology::{self, Tetrahedra},
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -138,11 +138,11 @@ impl Ask<4> for Below<'_> {
             difference(&x[3], &x[0]),
         );
         let volume = dot(&a, &cross(&b, &c));
-        let last = f32x8::splat(simd, 0.0);
+        let last = simd.number(0.0);
         // Lanes without a constraint repeat the last, but their rest volumes are 0.
         let used = rest_volume.abs().simd_gt(last);
-        let ratio = volume / used.select(rest_volume, f32x8::splat(simd, 1.0));
-        let ratio = used.select(ratio, f32x8::splat(simd, f32::INFINITY));
+        let ratio = volume / used.select(rest_volume, simd.number(1.0));
+        let ratio = used.select(ratio, simd.number(f32::INFINITY));
         ratio.simd_lt(self.fraction * 6.0).any_true()
     }
 }
@@ -228,7 +228,7 @@ impl Blocks<4, 1> for Kernel<'_> {
         block: &Block<4>,
         x: &[Columns<L>; 4],
         moved: Option<&[Vectors<L>; 4]>,
-        lambda: Option<[f32x8<L>; 1]>,
+        lambda: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
         const SIXTH: f32 = 1.0 / 6.0;
         let Coefficients {
@@ -247,11 +247,11 @@ impl Blocks<4, 1> for Kernel<'_> {
         let bc = cross(&b, &c);
         let volume = dot(&a, &bc) * SIXTH;
         let mut gradients = [bc, cross(&c, &a), cross(&a, &b)];
-        let mut weight = weighted_square(&gradients, x);
+        let mut weight = weighted_square::<L>(&gradients, x);
         let floor = scale * (x[0][3] + x[1][3] + (x[2][3] + x[3][3])) * FLOOR;
         if weight.simd_lt(floor * VANISHED).any_true() {
-            gradients = self.open(simd, block, gradients, weight, floor);
-            weight = weighted_square(&gradients, x);
+            gradients = self.open::<L>(block, gradients, weight, floor);
+            weight = weighted_square::<L>(&gradients, x);
         }
         let alpha = rest_volume.abs() * alpha_per_volume + alpha;
         let mut error = rest_volume - volume;
@@ -259,14 +259,14 @@ impl Blocks<4, 1> for Kernel<'_> {
         let moves = denominator.simd_gt(0.0);
         if moves.any_false() {
             // All four corners are pinned.
-            error = moves.select(error, 0.0.simd_into(simd));
-            denominator = moves.select(denominator, 1.0.simd_into(simd));
+            error = moves.select(error, simd.number(0.0));
+            denominator = moves.select(denominator, simd.number(1.0));
         }
         if let Some([lambda]) = lambda {
             error -= alpha * lambda;
         }
         if let Some(moved) = moved {
-            let mut sum = f32x8::splat(simd, 0.0);
+            let mut sum = simd.number(0.0);
             for k in 0..3 {
                 sum += dot(&gradients[k], &moved[k + 1]);
             }
@@ -293,16 +293,13 @@ impl Kernel<'_> {
     #[cold]
     fn open<L: Lanes>(
         &self,
-        simd: L,
         block: &Block<4>,
-        gradients: [[f32x8<L>; 3]; 3],
-        weight: f32x8<L>,
-        floor: f32x8<L>,
-    ) -> [[f32x8<L>; 3]; 3] {
-        let mut gradients = gradients.map(|g| g.map(<[f32; WIDTH]>::from));
-        let weight = <[f32; WIDTH]>::from(weight);
-        let floor = <[f32; WIDTH]>::from(floor);
-        for (lane, corners) in block.corners().enumerate() {
+        gradients: [[Floats<L>; 3]; 3],
+        weight: Floats<L>,
+        floor: Floats<L>,
+    ) -> [[Floats<L>; 3]; 3] {
+        let mut gradients = gradients;
+        for (lane, corners) in (0..L::LANES).zip(block.corners()) {
             if weight[lane] < VANISHED * floor[lane] {
                 let rest = corners.map(|i| self.rest[i.particle() as usize]);
                 let [_, g1, g2, g3] = volume_and_gradients(rest).1;
@@ -313,13 +310,13 @@ impl Kernel<'_> {
                 }
             }
         }
-        gradients.map(|g| g.map(|column| column.simd_into(simd)))
+        gradients
     }
 }
 
 /// g1 + g2 + g3.
 #[inline(always)]
-fn sum<L: Lanes>([g1, g2, g3]: &[[f32x8<L>; 3]; 3]) -> [f32x8<L>; 3] {
+fn sum<F: Arithmetic>([g1, g2, g3]: &[[F; 3]; 3]) -> [F; 3] {
     [
         g1[0] + g2[0] + g3[0],
         g1[1] + g2[1] + g3[1],
@@ -329,7 +326,7 @@ fn sum<L: Lanes>([g1, g2, g3]: &[[f32x8<L>; 3]; 3]) -> [f32x8<L>; 3] {
 
 /// Σ w‖∇V‖² from gradients times 6.
 #[inline(always)]
-fn weighted_square<L: Lanes>(gradients: &[[f32x8<L>; 3]; 3], x: &[Columns<L>; 4]) -> f32x8<L> {
+fn weighted_square<L: Lanes>(gradients: &[[Floats<L>; 3]; 3], x: &[Columns<L>; 4]) -> Floats<L> {
     let first = sum(gradients);
     let [g1, g2, g3] = gradients;
     (x[0][3] * dot(&first, &first)

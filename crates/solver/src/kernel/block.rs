@@ -15,15 +15,16 @@
 use crate::effects::multipliers::Multipliers;
 use crate::{
     lanes::{
-        Columns, Gathered, Instructions, Lanes, Origins, SimdWork, Vectors, WIDTH, gather,
-        scatter_add,
+        Columns, Floats, Gathered, Instructions, Lanes, MAX_WIDTH, Origins, SimdWork, Vectors,
+        gather, scatter_add,
     },
     method::Masses,
     order::{Batch, Corner, Elements},
     particles::{Part, Particles},
 };
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 use glam::Vec4;
+use std::ops::{Add, Mul, Sub};
 
 /// Constraints on `N` particles each, with `M` equations each, that are projected eight at a time.
 pub trait Blocks<const N: usize, const M: usize>: Sync {
@@ -51,7 +52,7 @@ pub trait Blocks<const N: usize, const M: usize>: Sync {
         block: &Block<N>,
         x: &[Columns<L>; N],
         moved: Option<&[Vectors<L>; N]>,
-        lambda: Option<[f32x8<L>; M]>,
+        lambda: Option<[Floats<L>; M]>,
     ) -> Projected<L, N, M>;
 }
 
@@ -61,15 +62,15 @@ pub struct Projected<L: Lanes, const N: usize, const M: usize> {
     /// Displacement of each corner [m]; −0 leaves it bitwise unchanged.
     pub moves: [Vectors<L>; N],
     /// Change of the multipliers.
-    pub change: [f32x8<L>; M],
+    pub change: [Floats<L>; M],
 }
 
 impl<L: Lanes, const N: usize, const M: usize> Projected<L, N, M> {
     /// Leaves every corner bitwise unchanged.
     #[inline(always)]
-    pub(crate) fn still(simd: L, change: [f32x8<L>; M]) -> Self {
+    pub(crate) fn still(simd: L, change: [Floats<L>; M]) -> Self {
         Self {
-            moves: [[f32x8::splat(simd, -0.0); 3]; N],
+            moves: [[simd.number(-0.0); 3]; N],
             change,
         }
     }
@@ -99,21 +100,14 @@ impl<'a, const N: usize> Block<'a, N> {
 
     /// Particles of the constraint in each lane.
     pub fn corners(&self) -> impl Iterator<Item = &'a [Corner; N]> {
-        self.corners.iter().cycle().take(WIDTH)
-    }
-
-    /// The same of different constraints.
-    #[inline(always)]
-    fn each_corners(&self) -> &'a [[Corner; N]; WIDTH] {
-        let corners = self.corners.first_chunk();
-        corners.expect("a block of constraints has one in each lane")
+        self.corners.iter().cycle().take(MAX_WIDTH)
     }
 
     /// Entries of a column for each constraint.
     #[inline(always)]
-    pub fn column<L: Lanes>(&self, simd: L, column: &[f32]) -> f32x8<L> {
+    pub fn column<L: Lanes>(&self, simd: L, column: &[f32]) -> Floats<L> {
         if self.corners.len() == 1 {
-            return f32x8::splat(simd, column[self.first]);
+            return simd.number(column[self.first]);
         }
         load(simd, &column[self.first..self.first + self.lanes])
     }
@@ -293,14 +287,13 @@ impl<const N: usize, A: Ask<N>> SimdWork for Questioned<'_, N, A> {
     fn run<L: Lanes>(self, simd: L) {
         for batch in self.elements.batches() {
             for (first, group) in self.elements.groups(batch) {
-                padded(
+                blocks::<L, N>(
                     (first, group),
                     #[inline(always)]
                     |block| {
                         // SAFETY: the invariant.
-                        let gathered = unsafe {
-                            gather::<L, N, false>(simd, self.origins, block.each_corners())
-                        };
+                        let gathered =
+                            unsafe { gather::<L, N, false>(simd, self.origins, block.corners) };
                         *self.found |= self.ask.holds(simd, block, &gathered.shape);
                     },
                 );
@@ -355,22 +348,25 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Any<'_, '_, B
             Target::Relaxed(relaxation) => relaxation,
             Target::Sum { .. } => 0.0,
         };
-        pass.each::<M>(
-            #[inline(always)]
-            |pass, block| {
-                let start = (block.first - offset) * M;
-                let part = start..start + block.lanes * M;
-                let kept = multipliers.as_deref_mut().map(|all| &mut all[part]);
-                let lambda = match &kept {
-                    Some(kept) => load_rows::<L, M>(simd, kept),
-                    None => [f32x8::splat(simd, 0.0); M],
-                };
-                let change = pass.project_towards::<L, M>(simd, block, damped, lambda);
-                if let Some(kept) = kept {
-                    store_rows(kept, lambda, change.map(|change| change * relaxation));
-                }
-            },
-        );
+        for group in pass.elements.groups(pass.batch) {
+            blocks::<L, N>(
+                group,
+                #[inline(always)]
+                |block| {
+                    let start = (block.first - offset) * M;
+                    let part = start..start + block.lanes * M;
+                    let kept = multipliers.as_deref_mut().map(|all| &mut all[part]);
+                    let lambda = match &kept {
+                        Some(kept) => load_rows::<L, M>(simd, kept),
+                        None => [simd.number(0.0); M],
+                    };
+                    let change = pass.project_towards::<L, M>(simd, block, damped, lambda);
+                    if let Some(kept) = kept {
+                        store_rows::<L, M>(kept, lambda, change.map(|change| change * relaxation));
+                    }
+                },
+            );
+        }
     }
 }
 
@@ -404,76 +400,48 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWo
                 let lambda = load_rows::<L, M>(simd, part);
                 let Projected { moves, change } =
                     pass.project::<L, M, DAMPED>(simd, block, Some(lambda));
-                store_rows(part, lambda, change);
+                store_rows::<L, M>(part, lambda, change);
                 moves
             },
         );
     }
 }
 
-/// Constraints of one color block by block, the last one padded; `first` is the number of the
-/// first.
+/// Constraints of one color, without those of full blocks, as a block that is padded; `first` is the
+/// number of the first.
 #[inline(always)]
-fn padded<const N: usize>(
-    (first, group): (usize, &[[Corner; N]]),
-    mut solve: impl FnMut(&Block<N>),
-) {
-    for (first, chunk) in (first..).step_by(WIDTH).zip(group.chunks(WIDTH)) {
-        let mut corners = [chunk[0]; WIDTH];
-        corners[..chunk.len()].copy_from_slice(chunk);
-        corners[chunk.len()..].fill(chunk[chunk.len() - 1]);
+fn padded<const N: usize>(first: usize, rest: &[[Corner; N]], solve: impl FnOnce(&Block<N>)) {
+    if let Some(last) = rest.last() {
+        let mut corners = [*last; MAX_WIDTH];
+        corners[..rest.len()].copy_from_slice(rest);
         solve(&Block {
             corners: &corners,
             first,
-            lanes: chunk.len(),
+            lanes: rest.len(),
         });
     }
 }
 
-impl<B, const N: usize> Pass<'_, B, N> {
-    /// Block by block.
-    #[inline(always)]
-    fn each<const M: usize>(&self, mut solve: impl FnMut(&Self, &Block<N>))
-    where
-        B: Blocks<N, M>,
-    {
-        for (first, group) in self.elements.groups(self.batch) {
-            if !B::APART {
-                padded(
-                    (first, group),
-                    #[inline(always)]
-                    |block| solve(self, block),
-                );
-                continue;
-            }
-            let (full, rest) = group.as_chunks::<WIDTH>();
-            let mut first = first;
-            for corners in full {
-                solve(
-                    self,
-                    &Block {
-                        corners,
-                        first,
-                        lanes: WIDTH,
-                    },
-                );
-                first += WIDTH;
-            }
-            if let Some(last) = rest.last() {
-                let mut corners = [*last; WIDTH];
-                corners[..rest.len()].copy_from_slice(rest);
-                solve(
-                    self,
-                    &Block {
-                        corners: &corners,
-                        first,
-                        lanes: rest.len(),
-                    },
-                );
-            }
-        }
+/// Constraints of one color block by block.
+#[inline(always)]
+fn blocks<L: Lanes, const N: usize>(
+    (mut first, group): (usize, &[[Corner; N]]),
+    mut solve: impl FnMut(&Block<N>),
+) {
+    let full = group.chunks_exact(L::LANES);
+    let rest = full.remainder();
+    for corners in full {
+        solve(&Block {
+            corners,
+            first,
+            lanes: L::LANES,
+        });
+        first += L::LANES;
     }
+    padded(first, rest, solve);
+}
 
+impl<B, const N: usize> Pass<'_, B, N> {
     /// Block by block, where `project` gives the corrections of a block. Those of a block are
     /// applied after the next one is projected, unless that has another color: roots and divisions
     /// of one block take as long as everything else of another, and the two overlap. Otherwise the
@@ -482,29 +450,30 @@ impl<B, const N: usize> Pass<'_, B, N> {
     #[inline(always)]
     fn overlapped<L: Lanes>(&self, simd: L, mut project: impl FnMut(&Block<N>) -> [Vectors<L>; N]) {
         for (mut first, group) in self.elements.groups(self.batch) {
-            let (full, rest) = group.as_chunks::<WIDTH>();
+            let full = group.chunks_exact(L::LANES);
+            let rest = full.remainder();
             let mut before = None;
             for corners in full {
-                let lanes = WIDTH;
                 let moves = project(&Block {
                     corners,
                     first,
-                    lanes,
+                    lanes: L::LANES,
                 });
                 if let Some((corners, moves)) = before.replace((corners, moves)) {
-                    self.scatter(simd, corners, moves, WIDTH);
+                    self.scatter(simd, corners, moves, L::LANES);
                 }
-                first += WIDTH;
+                first += L::LANES;
             }
             if let Some((corners, moves)) = before {
-                self.scatter(simd, corners, moves, WIDTH);
+                self.scatter(simd, corners, moves, L::LANES);
             }
             padded(
-                (first, rest),
+                first,
+                rest,
                 #[inline(always)]
                 |block| {
                     let moves = project(block);
-                    self.scatter(simd, block.each_corners(), moves, block.lanes);
+                    self.scatter(simd, block.corners, moves, block.lanes);
                 },
             );
         }
@@ -515,7 +484,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
     fn scatter<L: Lanes>(
         &self,
         simd: L,
-        corners: &[[Corner; N]; WIDTH],
+        corners: &[[Corner; N]],
         moves: [Vectors<L>; N],
         lanes: usize,
     ) {
@@ -530,13 +499,13 @@ impl<B, const N: usize> Pass<'_, B, N> {
         &self,
         simd: L,
         block: &Block<N>,
-        lambda: Option<[f32x8<L>; M]>,
+        lambda: Option<[Floats<L>; M]>,
     ) -> Projected<L, N, M>
     where
         B: Blocks<N, M>,
     {
         // SAFETY: the block is one of the batch, whose particles can be read there.
-        let gathered = unsafe { gather::<L, N, DAMPED>(simd, self.origins, block.each_corners()) };
+        let gathered = unsafe { gather::<L, N, DAMPED>(simd, self.origins, block.corners) };
         let Gathered { shape, motion } = gathered;
         let moved = DAMPED.then_some(&motion);
         self.blocks.project(simd, block, &shape, moved, lambda)
@@ -549,17 +518,17 @@ impl<B, const N: usize> Pass<'_, B, N> {
         simd: L,
         block: &Block<N>,
         damped: bool,
-        lambda: [f32x8<L>; M],
-    ) -> [f32x8<L>; M]
+        lambda: [Floats<L>; M],
+    ) -> [Floats<L>; M]
     where
         B: Blocks<N, M>,
     {
         // SAFETY: the block is one of the batch, whose particles can be read there.
         let gathered = unsafe {
             if damped {
-                gather::<L, N, true>(simd, self.origins, block.each_corners())
+                gather::<L, N, true>(simd, self.origins, block.corners)
             } else {
-                gather::<L, N, false>(simd, self.origins, block.each_corners())
+                gather::<L, N, false>(simd, self.origins, block.corners)
             }
         };
         let Gathered { mut shape, motion } = gathered;
@@ -579,16 +548,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
             Target::Sum { sums, .. } => (sums, 1.0),
         };
         // SAFETY: as above; and they can be written there.
-        unsafe {
-            scatter_add(
-                simd,
-                target,
-                block.each_corners(),
-                moves,
-                count,
-                block.lanes,
-            )
-        };
+        unsafe { scatter_add(simd, target, block.corners, moves, count, block.lanes) };
         change
     }
 }
@@ -596,58 +556,57 @@ impl<B, const N: usize> Pass<'_, B, N> {
 /// Sets the inverse masses of corners for averaging.
 #[inline(always)]
 fn weigh<L: Lanes, const N: usize>(simd: L, corners: &mut [Columns<L>; N], masses: Masses) {
-    let zero = f32x8::splat(simd, 0.0);
+    let zero = simd.number(0.0);
     let lightest = corners
         .iter()
         .fold(zero, |most, corner| most.max(corner[3]));
     for corner in corners {
         corner[3] = match masses {
             Masses::Own => corner[3],
-            Masses::Equal => f32x8::splat(simd, 1.0),
+            Masses::Equal => simd.number(1.0),
             Masses::PinsLikeOthers => corner[3].simd_gt(0.0).select(corner[3], lightest),
         };
     }
 }
 
-/// Loads up to eight numbers; unused lanes are 0.
+/// Loads a number for each lane; unused lanes are 0.
 #[inline(always)]
-fn load<L: Lanes>(simd: L, numbers: &[f32]) -> f32x8<L> {
-    match numbers.first_chunk::<WIDTH>() {
-        Some(all) => f32x8::simd_from(simd, *all),
-        None => {
-            let mut lanes = [0.0; WIDTH];
-            lanes[..numbers.len()].copy_from_slice(numbers);
-            lanes.simd_into(simd)
-        }
+fn load<L: Lanes>(simd: L, numbers: &[f32]) -> Floats<L> {
+    if numbers.len() == L::LANES {
+        return simd.load(numbers);
     }
+    let mut lanes = [0.0; MAX_WIDTH];
+    lanes[..numbers.len()].copy_from_slice(numbers);
+    simd.load(&lanes[..L::LANES])
 }
 
-/// Loads the multipliers of up to eight constraints, stored constraint by constraint, as rows.
+/// Loads the multipliers of the constraints of a block, stored constraint by constraint, as rows.
 #[inline(always)]
-fn load_rows<L: Lanes, const M: usize>(simd: L, multipliers: &[f32]) -> [f32x8<L>; M] {
+fn load_rows<L: Lanes, const M: usize>(simd: L, multipliers: &[f32]) -> [Floats<L>; M] {
     if M == 1 {
         return [load(simd, multipliers); M];
     }
-    let mut rows = [[0.0; WIDTH]; M];
+    let mut rows = [[0.0; MAX_WIDTH]; M];
     for (lane, constraint) in multipliers.chunks_exact(M).enumerate() {
         for (row, &lambda) in rows.iter_mut().zip(constraint) {
             row[lane] = lambda;
         }
     }
-    rows.map(|row| row.simd_into(simd))
+    rows.map(|row| simd.load(&row[..L::LANES]))
 }
 
-/// Stores the multipliers of up to eight constraints after their change.
+/// Stores the multipliers of the constraints of a block after their change.
 #[inline(always)]
 fn store_rows<L: Lanes, const M: usize>(
     multipliers: &mut [f32],
-    lambda: [f32x8<L>; M],
-    change: [f32x8<L>; M],
+    lambda: [Floats<L>; M],
+    change: [Floats<L>; M],
 ) {
     for row in 0..M {
-        let next = <[f32; WIDTH]>::from(lambda[row] + change[row]);
-        for (place, next) in multipliers.iter_mut().skip(row).step_by(M).zip(next) {
-            *place = next;
+        let next = lambda[row] + change[row];
+        let places = multipliers.iter_mut().skip(row).step_by(M);
+        for (place, next) in places.zip(next.as_slice()) {
+            *place = *next;
         }
     }
 }
@@ -655,13 +614,13 @@ fn store_rows<L: Lanes, const M: usize>(
 /// Equations of eight elements.
 pub(crate) struct LaneRow<L: Lanes, const N: usize> {
     /// C.
-    pub error: f32x8<L>,
+    pub error: Floats<L>,
     /// ∇C for each particle.
-    pub gradients: [[f32x8<L>; 3]; N],
+    pub gradients: [[Floats<L>; 3]; N],
     /// α/h².
-    pub alpha: f32x8<L>,
+    pub alpha: Floats<L>,
     /// Lower bound of Σ w‖∇C‖² in denominators, also after elimination of the equations before it.
-    pub least: f32x8<L>,
+    pub least: Floats<L>,
 }
 
 /// Solves the `M` equations of each element together, (∇C W ∇Cᵀ(1 + γ) + α̃)
@@ -675,11 +634,11 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
     rows: &[LaneRow<L, N>; M],
     x: &[Columns<L>; N],
     moved: Option<&[Vectors<L>; N]>,
-    lambda: Option<[f32x8<L>; M]>,
+    lambda: Option<[Floats<L>; M]>,
     gamma: f32,
 ) -> Projected<L, N, M> {
-    let zero = f32x8::splat(simd, 0.0);
-    let one = f32x8::splat(simd, 1.0);
+    let zero = simd.number(0.0);
+    let one = simd.number(1.0);
     let mut matrix = [[zero; M]; M];
     let mut right = [zero; M];
     for i in 0..M {
@@ -756,21 +715,26 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
 /// elimination.
 pub(crate) const DEPENDENT: f32 = 1e-6;
 
+/// Numbers that can be added, subtracted and multiplied.
+pub trait Arithmetic: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {}
+
+impl<F: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>> Arithmetic for F {}
+
 /// a − b, without weights.
 #[inline(always)]
-pub fn difference<L: Lanes>(a: &[f32x8<L>], b: &[f32x8<L>]) -> [f32x8<L>; 3] {
+pub fn difference<F: Arithmetic>(a: &[F; 4], b: &[F; 4]) -> [F; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// a · b.
 #[inline(always)]
-pub fn dot<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> f32x8<L> {
+pub fn dot<F: Arithmetic>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a × b.
 #[inline(always)]
-pub fn cross<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> [f32x8<L>; 3] {
+pub fn cross<F: Arithmetic>(a: &[F; 3], b: &[F; 3]) -> [F; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -780,6 +744,6 @@ pub fn cross<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> [f32x8<L>; 3] {
 
 /// d s.
 #[inline(always)]
-pub fn scaled<L: Lanes>(d: &Vectors<L>, s: f32x8<L>) -> Vectors<L> {
+pub fn scaled<F: Arithmetic>(d: &[F; 3], s: F) -> [F; 3] {
     [d[0] * s, d[1] * s, d[2] * s]
 }

@@ -1,8 +1,9 @@
 //! Copies of a body, one per lane.
 //!
-//! Particles of equal number lie side by side, so that a constraint of eight copies is projected
-//! together: nothing is gathered, and constraints need not be colored for it. Each lane goes through
-//! the operations of its body in their order: the bits are those of [`solve_batch`].
+//! Particles of equal number lie side by side, so that a constraint of eight copies, or of sixteen
+//! with AVX-512, is projected together: nothing is gathered, and constraints need not be colored for
+//! it. Each lane goes through the operations of its body in their order: the bits are those of
+//! [`solve_batch`].
 //!
 //! [`solve_batch`]: super::block::solve_batch
 
@@ -13,82 +14,95 @@
 
 use super::{
     block::{Block, Blocks, Projected},
-    lanes::{Gathered, Instructions, Lanes, SimdWork, Vectors, WIDTH},
+    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors},
 };
 use crate::{
     particles::Part,
     topology::order::{Batch, Corner, Elements},
 };
-use fearless_simd::{f32x4, f32x8, prelude::*};
+use fearless_simd::{f32x4, prelude::*};
 use glam::Vec4;
 
-/// Particles of up to eight copies of a body during a substep.
+/// Particles of up to [`MAX_WIDTH`] copies of a body during a substep.
 #[derive(Debug, Default)]
 pub struct Copies {
-    particles: Vec<Particle>,
-    /// Carry c [m], if constraints are damped.
-    carry: Vec<Row>,
+    /// Number of lanes.
+    lanes: usize,
+    /// Positions p [m] with inverse masses in w, and displacements u [m] with 0 in w, particle by
+    /// particle: x, y, z and w of p, then of u, each in all lanes.
+    particles: Vec<Line>,
+    /// Carries c [m] in the same way, if constraints are damped.
+    carry: Vec<Line>,
 }
 
-/// Multipliers of an effect for all copies, constraint by constraint.
-pub(crate) type CopiedMultipliers = Vec<[f32; WIDTH]>;
+/// Multipliers of an effect for all copies: each in all lanes.
+pub(crate) type CopiedMultipliers = Vec<f32>;
 
-/// Components of a vector in the order x, y, z, w, each for all copies.
-type Row = [[f32; WIDTH]; 4];
-
-/// A particle of all copies. With four components of a displacement, it is four lines of a cache.
+/// A line of a cache: a number in sixteen lanes, or two in eight.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
-struct Particle {
-    /// Positions p [m], with inverse masses in w.
-    position: Row,
-    /// Displacements u [m]; w is 0.
-    displacement: Row,
-}
+struct Line([f32; MAX_WIDTH]);
+
+/// Components of a particle.
+const COMPONENTS: usize = 8;
+
+/// Components of its carry.
+const CARRIED: usize = 4;
 
 impl Copies {
-    /// Reads the particles of the copies, with carries if constraints are `damped`. Lanes without a
-    /// copy repeat another.
+    /// Reads the particles of the first `lanes` copies, with carries if constraints are `damped`.
+    /// Lanes without a copy repeat another.
     ///
     /// # Panics
     /// If there is no copy, or they have different numbers of particles.
     pub(crate) fn load(
         &mut self,
-        copies: &[Option<Part>; WIDTH],
+        copies: &[Option<Part>; MAX_WIDTH],
+        lanes: usize,
         damped: bool,
         instructions: Instructions,
     ) {
         let any = copies.iter().flatten().next().expect("a copy");
         let count = any.positions.len();
-        self.particles.resize(count, Particle::default());
-        self.carry
-            .resize(if damped { count } else { 0 }, Row::default());
-        let lanes = copies.each_ref().map(|copy| copy.as_ref().unwrap_or(any));
+        let lines = |components: usize| count * components * lanes / MAX_WIDTH;
+        self.lanes = lanes;
+        self.particles.resize(lines(COMPONENTS), Line::default());
+        let carried = if damped { lines(CARRIED) } else { 0 };
+        self.carry.resize(carried, Line::default());
+        let copies = copies.each_ref().map(|copy| copy.as_ref().unwrap_or(any));
         let fits = |it: &[Vec4]| it.len() == count;
         assert!(
-            lanes
+            copies
                 .iter()
                 .all(|it| fits(it.positions) && fits(it.displacements) && fits(it.carry)),
             "copies have equal numbers of particles"
         );
-        instructions.run(Load {
-            from: lanes.map(|it| [&*it.positions, &*it.displacements, &*it.carry]),
-            into: self,
-        });
+        let from = copies.map(|it| [&*it.positions, &*it.displacements, &*it.carry]);
+        instructions.run_in(lanes, Load { from, into: self });
     }
 
     /// Writes the displacements of the copies.
     ///
     /// # Panics
     /// If a copy has another number of particles than in [`load`](Self::load).
-    pub(crate) fn store(&self, copies: &mut [Option<Part>; WIDTH], instructions: Instructions) {
-        let count = self.particles.len();
+    pub(crate) fn store(&self, copies: &mut [Option<Part>; MAX_WIDTH], instructions: Instructions) {
+        let count = self.count();
         let into = copies.each_mut().map(|copy| {
             let into = copy.as_mut().map(|it| &mut *it.displacements);
             assert!(into.as_ref().is_none_or(|it| it.len() == count));
             into
         });
-        instructions.run(Store { from: self, into });
+        instructions.run_in(self.lanes, Store { from: self, into });
+    }
+
+    /// Number of lanes.
+    pub(crate) fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// Number of particles of each copy.
+    fn count(&self) -> usize {
+        self.particles.len() * MAX_WIDTH / (COMPONENTS * self.lanes).max(1)
     }
 
     /// Memory use in bytes.
@@ -97,9 +111,21 @@ impl Copies {
     }
 }
 
+/// The numbers of lines.
+fn flat(lines: &[Line]) -> &[f32] {
+    // SAFETY: lines are arrays of numbers without padding.
+    unsafe { std::slice::from_raw_parts(lines.as_ptr().cast(), size_of_val(lines) / 4) }
+}
+
+/// The numbers of lines.
+fn flat_mut(lines: &mut [Line]) -> &mut [f32] {
+    // SAFETY: lines are arrays of numbers without padding.
+    unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr().cast(), size_of_val(lines) / 4) }
+}
+
 /// [`Copies::load`].
 struct Load<'a> {
-    from: [[&'a [Vec4]; 3]; WIDTH],
+    from: [[&'a [Vec4]; 3]; MAX_WIDTH],
     into: &'a mut Copies,
 }
 
@@ -107,51 +133,62 @@ impl SimdWork for Load<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Self { from, into } = self;
-        for (i, particle) in into.particles.iter_mut().enumerate() {
-            particle.position = columns(simd, &from, 0, i);
-            particle.displacement = columns(simd, &from, 1, i);
+        let particles = flat_mut(&mut into.particles);
+        let particles = particles.chunks_exact_mut(COMPONENTS * L::LANES);
+        for (i, particle) in particles.enumerate() {
+            let (position, displacement) = particle.split_at_mut(CARRIED * L::LANES);
+            transpose_from(simd, &from, (0, i), position);
+            transpose_from(simd, &from, (1, i), displacement);
         }
-        for (i, carry) in into.carry.iter_mut().enumerate() {
-            *carry = columns(simd, &from, 2, i);
+        let carry = flat_mut(&mut into.carry).chunks_exact_mut(CARRIED * L::LANES);
+        for (i, carry) in carry.enumerate() {
+            transpose_from(simd, &from, (2, i), carry);
         }
     }
 }
 
 /// Components of particle number `i` in one of the columns of each copy.
 #[inline(always)]
-fn columns<L: Lanes>(simd: L, from: &[[&[Vec4]; 3]; WIDTH], column: usize, i: usize) -> Row {
-    let row = |lane: usize| f32x4::simd_from(simd, from[lane][column][i].to_array());
-    let rows = [
-        simd.combine_f32x4(row(0), row(4)),
-        simd.combine_f32x4(row(1), row(5)),
-        simd.combine_f32x4(row(2), row(6)),
-        simd.combine_f32x4(row(3), row(7)),
-    ];
-    let [x, y, z, w] = simd.transpose(rows);
-    [x.into(), y.into(), z.into(), w.into()]
+fn transpose_from<L: Lanes>(
+    simd: L,
+    from: &[[&[Vec4]; 3]; MAX_WIDTH],
+    (column, i): (usize, usize),
+    into: &mut [f32],
+) {
+    let rows = simd.rows(
+        #[inline(always)]
+        |lane| f32x4::simd_from(simd, from[lane][column][i].to_array()),
+    );
+    let components = simd.transpose(rows);
+    for (component, into) in components.iter().zip(into.chunks_exact_mut(L::LANES)) {
+        component.store_slice(into);
+    }
 }
 
 /// [`Copies::store`].
 struct Store<'a> {
     from: &'a Copies,
-    into: [Option<&'a mut [Vec4]>; WIDTH],
+    into: [Option<&'a mut [Vec4]>; MAX_WIDTH],
 }
 
 impl SimdWork for Store<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Self { from, mut into } = self;
-        for (i, particle) in from.particles.iter().enumerate() {
-            let [x, y, z, w] = &particle.displacement;
-            let column = |it: &[f32; WIDTH]| f32x8::simd_from(simd, *it);
-            let rows = simd.transpose([column(x), column(y), column(z), column(w)]);
+        let particles = flat(&from.particles).chunks_exact(COMPONENTS * L::LANES);
+        for (i, particle) in particles.enumerate() {
+            let component = |k: usize| simd.load(&particle[(CARRIED + k) * L::LANES..][..L::LANES]);
+            let rows = simd.transpose([component(0), component(1), component(2), component(3)]);
             for (k, row) in rows.into_iter().enumerate() {
-                let (low, high) = simd.split_f32x8(row);
-                for (lane, row) in [(k, low), (k + WIDTH / 2, high)] {
-                    if let Some(into) = &mut into[lane] {
-                        into[i] = Vec4::from_array(row.into());
-                    }
-                }
+                simd.split(
+                    row,
+                    #[inline(always)]
+                    |quarter, row| {
+                        if let Some(into) = &mut into[4 * quarter + k] {
+                            into[i] = Vec4::from_array(row.into());
+                        }
+                    },
+                );
             }
         }
     }
@@ -166,29 +203,28 @@ pub(crate) fn solve<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
     index: usize,
     copies: &mut Copies,
-    kept: Option<(&mut [[f32; WIDTH]], bool)>,
+    kept: Option<(&mut [f32], bool)>,
     instructions: Instructions,
 ) {
     let elements = blocks.elements();
     let batch = &elements.batches()[index];
-    let Copies { particles, carry } = copies;
     let damped = blocks.damped();
+    let (count, lanes) = (copies.count(), copies.lanes);
     assert!(
-        batch.particles().end <= particles.len() && (!damped || carry.len() == particles.len()),
-        "copies have {} particles",
-        particles.len()
+        batch.particles().end <= count
+            && (!damped || copies.carry.len() * 2 == copies.particles.len()),
+        "copies have {count} particles"
     );
     let pass = Pass {
         blocks,
         elements,
         batch,
-        particles,
-        carry,
+        copies,
     };
     match (kept, damped) {
-        (None, false) if B::APART => instructions.run(Lean::<_, N, M, false>(pass)),
-        (None, true) if B::APART => instructions.run(Lean::<_, N, M, true>(pass)),
-        (kept, _) => instructions.run(Kept(pass, kept)),
+        (None, false) if B::APART => instructions.run_in(lanes, Lean::<_, N, M, false>(pass)),
+        (None, true) if B::APART => instructions.run_in(lanes, Lean::<_, N, M, true>(pass)),
+        (kept, _) => instructions.run_in(lanes, Kept(pass, kept)),
     }
 }
 
@@ -199,8 +235,7 @@ struct Pass<'a, B, const N: usize> {
     blocks: &'a B,
     elements: &'a Elements<N>,
     batch: &'a Batch,
-    particles: &'a mut [Particle],
-    carry: &'a [Row],
+    copies: &'a mut Copies,
 }
 
 /// A pass that does not read multipliers.
@@ -209,7 +244,7 @@ struct Lean<'a, B, const N: usize, const M: usize, const DAMPED: bool>(Pass<'a, 
 /// A pass that stores them, or one of a kernel that has no instances of its own without.
 struct Kept<'a, 'm, B, const N: usize, const M: usize>(
     Pass<'a, B, N>,
-    Option<(&'m mut [[f32; WIDTH]], bool)>,
+    Option<(&'m mut [f32], bool)>,
 );
 
 impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWork
@@ -218,17 +253,17 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWo
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Self(pass) = self;
-        let (particles, carry) = (pass.particles.as_mut_ptr(), pass.carry.as_ptr());
+        let columns = Columns::of(pass.copies);
         for (first, group) in pass.elements.groups(pass.batch) {
             for (index, corners) in (first..).zip(group) {
                 // SAFETY: the constraint is one of the batch: the invariant.
-                let shape = unsafe { gather::<L, N>(simd, particles, carry, corners, DAMPED) };
+                let shape = unsafe { columns.gather::<L, N>(simd, corners, DAMPED) };
                 let Gathered { shape, motion } = &shape;
                 let block = Block::of_copies(corners, index);
                 let moved = DAMPED.then_some(motion);
                 let Projected { moves, .. } = pass.blocks.project(simd, &block, shape, moved, None);
                 // SAFETY: as above.
-                unsafe { add(simd, particles, corners, moves) };
+                unsafe { columns.add(simd, corners, moves) };
             }
         }
     }
@@ -240,18 +275,19 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
         let Self(pass, mut kept) = self;
         let offset = pass.batch.constraints().start;
         let damped = pass.blocks.damped();
-        let (particles, carry) = (pass.particles.as_mut_ptr(), pass.carry.as_ptr());
+        let columns = Columns::of(pass.copies);
         for (first, group) in pass.elements.groups(pass.batch) {
             for (index, corners) in (first..).zip(group) {
-                let start = (index - offset) * M;
-                let mut lambda = [f32x8::splat(simd, 0.0); M];
+                let start = (index - offset) * M * L::LANES;
+                let mut lambda = [simd.number(0.0); M];
                 if let Some((kept, false)) = &kept {
-                    for (lambda, kept) in lambda.iter_mut().zip(&kept[start..]) {
-                        *lambda = f32x8::simd_from(simd, *kept);
+                    let kept = kept[start..].chunks_exact(L::LANES);
+                    for (lambda, kept) in lambda.iter_mut().zip(kept) {
+                        *lambda = simd.load(kept);
                     }
                 }
                 // SAFETY: the constraint is one of the batch: the invariant.
-                let shape = unsafe { gather::<L, N>(simd, particles, carry, corners, damped) };
+                let shape = unsafe { columns.gather::<L, N>(simd, corners, damped) };
                 let Gathered { shape, motion } = &shape;
                 let block = Block::of_copies(corners, index);
                 let moved = damped.then_some(motion);
@@ -259,10 +295,11 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
                     pass.blocks
                         .project(simd, &block, shape, moved, Some(lambda));
                 // SAFETY: as above.
-                unsafe { add(simd, particles, corners, moves) };
+                unsafe { columns.add(simd, corners, moves) };
                 if let Some((kept, _)) = &mut kept {
-                    for (row, kept) in kept[start..].iter_mut().take(M).enumerate() {
-                        *kept = (lambda[row] + change[row]).into();
+                    let kept = kept[start..].chunks_exact_mut(L::LANES);
+                    for (row, kept) in kept.take(M).enumerate() {
+                        (lambda[row] + change[row]).store_slice(kept);
                     }
                 }
             }
@@ -270,69 +307,119 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
     }
 }
 
-/// The corners of a constraint relative to the first, in all lanes, and their motion if `damped`:
-/// by the operations of [`lanes::gather`](super::lanes::gather).
-///
-/// # Safety
-/// The corners are particles that can be read, with carries if `damped`.
-#[inline(always)]
-unsafe fn gather<L: Lanes, const N: usize>(
-    simd: L,
-    particles: *const Particle,
-    carry: *const Row,
-    corners: &[Corner; N],
-    damped: bool,
-) -> Gathered<L, N> {
-    let zero = f32x8::splat(simd, 0.0);
-    let column = |it: &[f32; WIDTH]| f32x8::simd_from(simd, *it);
-    // SAFETY: the caller's promise.
-    let particle = |corner: usize| unsafe { &*particles.add(corners[corner].particle() as usize) };
-    // SAFETY: the caller's promise.
-    let carry = |corner: usize| unsafe { &*carry.add(corners[corner].particle() as usize) };
-    let Particle {
-        position: p0,
-        displacement: u0,
-    } = particle(0);
-    let mut shape = [[zero; 4]; N];
-    let mut motion = [[zero; 3]; N];
-    shape[0][3] = column(&p0[3]);
-    for corner in 1..N {
-        let Particle {
-            position: p,
-            displacement: u,
-        } = particle(corner);
-        for axis in 0..3 {
-            let moved = column(&u[axis]) - column(&u0[axis]);
-            shape[corner][axis] = (column(&p[axis]) - column(&p0[axis])) + moved;
-            motion[corner][axis] = moved;
+/// Start of the columns of copies.
+#[derive(Clone, Copy)]
+struct Columns {
+    particles: *mut f32,
+    carry: *const f32,
+}
+
+impl Columns {
+    fn of(copies: &mut Copies) -> Self {
+        Self {
+            particles: copies.particles.as_mut_ptr().cast(),
+            carry: copies.carry.as_ptr().cast(),
         }
-        shape[corner][3] = column(&p[3]);
-        if damped {
-            let (c, c0) = (carry(corner), carry(0));
+    }
+
+    /// The corners of a constraint relative to the first, in all lanes, and their motion if
+    /// `damped`: by the operations of [`lanes::gather`](super::lanes::gather).
+    ///
+    /// # Safety
+    /// The corners are particles that can be read, with carries if `damped`, in as many lanes as `L`
+    /// has.
+    #[inline(always)]
+    unsafe fn gather<L: Lanes, const N: usize>(
+        self,
+        simd: L,
+        corners: &[Corner; N],
+        damped: bool,
+    ) -> Gathered<L, N> {
+        let zero = simd.number(0.0);
+        // SAFETY: the caller's promise.
+        let particle = |corner: usize, component: usize| unsafe {
+            load::<L, COMPONENTS>(simd, self.particles, corners[corner], component)
+        };
+        // SAFETY: the caller's promise.
+        let carry = |corner: usize, axis: usize| unsafe {
+            load::<L, CARRIED>(simd, self.carry, corners[corner], axis)
+        };
+        let mut shape = [[zero; 4]; N];
+        let mut motion = [[zero; 3]; N];
+        shape[0][3] = particle(0, 3);
+        for corner in 1..N {
             for axis in 0..3 {
-                motion[corner][axis] -= column(&c[axis]) - column(&c0[axis]);
+                let moved = particle(corner, 4 + axis) - particle(0, 4 + axis);
+                shape[corner][axis] = (particle(corner, axis) - particle(0, axis)) + moved;
+                motion[corner][axis] = moved;
+            }
+            shape[corner][3] = particle(corner, 3);
+            if damped {
+                for axis in 0..3 {
+                    motion[corner][axis] -= carry(corner, axis) - carry(0, axis);
+                }
+            }
+        }
+        Gathered { shape, motion }
+    }
+
+    /// Adds corrections to the displacements of the corners of a constraint.
+    ///
+    /// # Safety
+    /// The corners are particles that can be written, in as many lanes as `L` has.
+    #[inline(always)]
+    unsafe fn add<L: Lanes, const N: usize>(
+        self,
+        simd: L,
+        corners: &[Corner; N],
+        moves: [Vectors<L>; N],
+    ) {
+        for (&corner, by) in corners.iter().zip(moves) {
+            for axis in 0..3 {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    let place = place::<L, COMPONENTS>(self.particles, corner, 4 + axis);
+                    let moved = simd.load(std::slice::from_raw_parts(place, L::LANES)) + by[axis];
+                    moved.store_slice(std::slice::from_raw_parts_mut(place.cast_mut(), L::LANES));
+                }
             }
         }
     }
-    Gathered { shape, motion }
 }
 
-/// Adds corrections to the displacements of the corners of a constraint.
+/// Address of a component of a particle that has `COUNT` of them.
 ///
 /// # Safety
-/// The corners are particles that can be written.
+/// As for [`pointer::add`].
 #[inline(always)]
-unsafe fn add<L: Lanes, const N: usize>(
-    simd: L,
-    particles: *mut Particle,
-    corners: &[Corner; N],
-    moves: [Vectors<L>; N],
-) {
-    for (corner, by) in corners.iter().zip(moves) {
-        // SAFETY: the caller's promise.
-        let u = unsafe { &mut (*particles.add(corner.particle() as usize)).displacement };
-        for axis in 0..3 {
-            u[axis] = (f32x8::simd_from(simd, u[axis]) + by[axis]).into();
-        }
+unsafe fn place<L: Lanes, const COUNT: usize>(
+    column: *const f32,
+    corner: Corner,
+    component: usize,
+) -> *const f32 {
+    let scale = COUNT * L::LANES * size_of::<f32>() / size_of::<Vec4>();
+    // SAFETY: the caller's promise.
+    unsafe {
+        column
+            .byte_add(corner.offset() * scale)
+            .add(component * L::LANES)
     }
+}
+
+/// A component of a particle that has `COUNT` of them, in all lanes.
+///
+/// # Safety
+/// It can be read.
+#[inline(always)]
+unsafe fn load<L: Lanes, const COUNT: usize>(
+    simd: L,
+    column: *const f32,
+    corner: Corner,
+    component: usize,
+) -> Floats<L> {
+    // SAFETY: the caller's promise.
+    let numbers = unsafe {
+        std::slice::from_raw_parts(place::<L, COUNT>(column, corner, component), L::LANES)
+    };
+    simd.load(numbers)
 }

@@ -15,22 +15,102 @@
 use crate::order::Corner;
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 use fearless_simd::Fallback;
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::{Avx2, Avx512, f32x16};
 use fearless_simd::{Level, f32x4, f32x8, prelude::*};
 use glam::Vec4;
 
-/// Number of lanes of a block.
+/// Number of constraints of a color that are solved together, unless lanes are
+/// [wide](MAX_WIDTH).
 pub const WIDTH: usize = 8;
 
-/// An instruction set for which kernels are compiled.
+/// Largest number of lanes: of AVX-512.
+pub const MAX_WIDTH: usize = 16;
+
+/// An instruction set for which kernels are compiled, with [`WIDTH`] or [`MAX_WIDTH`] lanes.
 pub trait Lanes: Simd {
-    /// Transposes the 4 × 4 blocks in the two halves of four rows.
-    fn transpose(self, rows: [f32x8<Self>; 4]) -> [f32x8<Self>; 4];
+    /// A number in each lane.
+    type Floats: SimdFloat<Self, Element = f32>;
+
+    /// Number of lanes.
+    const LANES: usize = <Self::Floats as SimdBase<Self>>::LEN;
+
+    /// A number in all lanes.
+    #[inline(always)]
+    fn number(self, number: f32) -> Self::Floats {
+        Self::Floats::splat(self, number)
+    }
+
+    /// Numbers from memory, one for each lane.
+    ///
+    /// # Panics
+    /// Unless there are as many as lanes.
+    #[inline(always)]
+    fn load(self, numbers: &[f32]) -> Self::Floats {
+        Self::Floats::from_slice(self, numbers)
+    }
+
+    /// Quarters of eight or sixteen lanes, four numbers each.
+    fn join(self, quarter: impl Fn(usize) -> f32x4<Self>) -> Self::Floats;
+
+    /// Rows of particles, one lane in each quarter: k, k + 4 and so on.
+    #[inline(always)]
+    fn rows(self, row: impl Fn(usize) -> f32x4<Self>) -> [Self::Floats; 4] {
+        [
+            self.join(
+                #[inline(always)]
+                |quarter| row(4 * quarter),
+            ),
+            self.join(
+                #[inline(always)]
+                |quarter| row(4 * quarter + 1),
+            ),
+            self.join(
+                #[inline(always)]
+                |quarter| row(4 * quarter + 2),
+            ),
+            self.join(
+                #[inline(always)]
+                |quarter| row(4 * quarter + 3),
+            ),
+        ]
+    }
+
+    /// Gives each quarter with its number.
+    fn split(self, whole: Self::Floats, put: impl FnMut(usize, f32x4<Self>));
+
+    /// Transposes the 4 × 4 blocks in the quarters of four rows.
+    fn transpose(self, rows: [Self::Floats; 4]) -> [Self::Floats; 4];
+}
+
+/// A number in each lane.
+pub type Floats<L> = <L as Lanes>::Floats;
+
+/// Joins and splits eight lanes.
+macro_rules! eight {
+    () => {
+        type Floats = f32x8<Self>;
+
+        #[inline(always)]
+        fn join(self, quarter: impl Fn(usize) -> f32x4<Self>) -> f32x8<Self> {
+            self.combine_f32x4(quarter(0), quarter(1))
+        }
+
+        #[inline(always)]
+        fn split(self, whole: f32x8<Self>, mut put: impl FnMut(usize, f32x4<Self>)) {
+            let (low, high) = self.split_f32x8(whole);
+            put(0, low);
+            put(1, high);
+        }
+    };
 }
 
 /// By quarters, for instruction sets whose registers hold four numbers.
 macro_rules! by_quarters {
     ($($level:ty),*) => {
         $(impl Lanes for $level {
+            eight!();
+
             #[inline(always)]
             fn transpose(self, rows: [f32x8<Self>; 4]) -> [f32x8<Self>; 4] {
                 let [a, b, c, d] = rows;
@@ -61,42 +141,37 @@ fn transpose_quarters<S: Simd>(simd: S, [a, b, c, d]: [f32x4<S>; 4]) -> [f32x4<S
     ]
 }
 
-/// With shuffles that work in both halves at once.
+/// With shuffles that work in all quarters at once.
 #[cfg(target_arch = "x86_64")]
-macro_rules! by_halves {
-    ($($level:ident),*) => {
-        $(impl Lanes for fearless_simd::$level {
-            #[inline(always)]
-            fn transpose(self, rows: [f32x8<Self>; 4]) -> [f32x8<Self>; 4] {
-                use std::arch::x86_64::{
-                    __m256, _mm256_shuffle_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
-                };
-                fearless_simd::kernel!(
-                    #[inline(always)]
-                    fn kernel(token: $level, rows: [__m256; 4]) -> [__m256; 4] {
-                        let _ = token;
-                        let [a, b, c, d] = rows;
-                        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
-                        let (ab_high, cd_high) =
-                            (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
-                        [
-                            _mm256_shuffle_ps::<0x44>(ab, cd),
-                            _mm256_shuffle_ps::<0xee>(ab, cd),
-                            _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
-                            _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
-                        ]
-                    }
-                );
-                let [a, b, c, d] = rows;
-                let [x, y, z, w] = kernel(self, [a.into(), b.into(), c.into(), d.into()]);
-                [
-                    x.simd_into(self),
-                    y.simd_into(self),
-                    z.simd_into(self),
-                    w.simd_into(self),
-                ]
-            }
-        })*
+macro_rules! at_once {
+    ($level:ident, $register:ident, [$low:ident, $high:ident, $shuffle:ident]) => {
+        #[inline(always)]
+        fn transpose(self, rows: [Self::Floats; 4]) -> [Self::Floats; 4] {
+            use std::arch::x86_64::{$high, $low, $register, $shuffle};
+            fearless_simd::kernel!(
+                #[inline(always)]
+                fn kernel(token: $level, rows: [$register; 4]) -> [$register; 4] {
+                    let _ = token;
+                    let [a, b, c, d] = rows;
+                    let (ab, cd) = ($low(a, b), $low(c, d));
+                    let (ab_high, cd_high) = ($high(a, b), $high(c, d));
+                    [
+                        $shuffle::<0x44>(ab, cd),
+                        $shuffle::<0xee>(ab, cd),
+                        $shuffle::<0x44>(ab_high, cd_high),
+                        $shuffle::<0xee>(ab_high, cd_high),
+                    ]
+                }
+            );
+            let [a, b, c, d] = rows;
+            let [x, y, z, w] = kernel(self, [a.into(), b.into(), c.into(), d.into()]);
+            [
+                x.simd_into(self),
+                y.simd_into(self),
+                z.simd_into(self),
+                w.simd_into(self),
+            ]
+        }
     };
 }
 
@@ -104,16 +179,53 @@ macro_rules! by_halves {
 by_quarters!(Fallback);
 #[cfg(target_arch = "x86_64")]
 by_quarters!(fearless_simd::Sse2);
-#[cfg(target_arch = "x86_64")]
-by_halves!(Avx2);
 #[cfg(target_arch = "aarch64")]
 by_quarters!(fearless_simd::Neon);
 
+#[cfg(target_arch = "x86_64")]
+impl Lanes for Avx2 {
+    eight!();
+
+    at_once!(
+        Avx2,
+        __m256,
+        [_mm256_unpacklo_ps, _mm256_unpackhi_ps, _mm256_shuffle_ps]
+    );
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Lanes for Avx512 {
+    type Floats = f32x16<Self>;
+
+    #[inline(always)]
+    fn join(self, quarter: impl Fn(usize) -> f32x4<Self>) -> f32x16<Self> {
+        let low = self.combine_f32x4(quarter(0), quarter(1));
+        let high = self.combine_f32x4(quarter(2), quarter(3));
+        self.combine_f32x8(low, high)
+    }
+
+    #[inline(always)]
+    fn split(self, whole: f32x16<Self>, mut put: impl FnMut(usize, f32x4<Self>)) {
+        let (low, high) = self.split_f32x16(whole);
+        let ((a, b), (c, d)) = (self.split_f32x8(low), self.split_f32x8(high));
+        put(0, a);
+        put(1, b);
+        put(2, c);
+        put(3, d);
+    }
+
+    at_once!(
+        Avx512,
+        __m512,
+        [_mm512_unpacklo_ps, _mm512_unpackhi_ps, _mm512_shuffle_ps]
+    );
+}
+
 /// x, y, z and w of a particle in each lane.
-pub type Columns<L> = [f32x8<L>; 4];
+pub type Columns<L> = [Floats<L>; 4];
 
 /// x, y and z of a vector in each lane.
-pub type Vectors<L> = [f32x8<L>; 3];
+pub type Vectors<L> = [Floats<L>; 3];
 
 /// Start of each column of a body's particles, so that one offset is valid in all columns.
 #[derive(Debug, Clone, Copy)]
@@ -131,7 +243,7 @@ pub struct Origins {
 unsafe fn row<L: Lanes, const N: usize>(
     simd: L,
     origin: *const Vec4,
-    corners: &[[Corner; N]; WIDTH],
+    corners: &[[Corner; N]],
     corner: usize,
     lane: usize,
 ) -> f32x4<L> {
@@ -140,22 +252,19 @@ unsafe fn row<L: Lanes, const N: usize>(
     f32x4::simd_from(simd, particle.to_array())
 }
 
-/// Rows of a column of particles, two lanes in each: k and k + 4.
+/// Rows of a column of particles, one lane in each quarter: k, k + 4 and so on.
 #[inline(always)]
 unsafe fn rows<L: Lanes, const N: usize>(
     simd: L,
     origin: *const Vec4,
-    corners: &[[Corner; N]; WIDTH],
+    corners: &[[Corner; N]],
     corner: usize,
-) -> [f32x8<L>; 4] {
-    // SAFETY: the caller's promise.
-    let row = |lane: usize| unsafe { row(simd, origin, corners, corner, lane) };
-    [
-        simd.combine_f32x4(row(0), row(4)),
-        simd.combine_f32x4(row(1), row(5)),
-        simd.combine_f32x4(row(2), row(6)),
-        simd.combine_f32x4(row(3), row(7)),
-    ]
+) -> [Floats<L>; 4] {
+    simd.rows(
+        #[inline(always)]
+        // SAFETY: the caller's promise.
+        |lane| unsafe { row(simd, origin, corners, corner, lane) },
+    )
 }
 
 /// The particles of the constraints of a block, relative to the first corner of each.
@@ -180,12 +289,13 @@ pub struct Gathered<L: Lanes, const N: usize> {
 pub unsafe fn gather<L: Lanes, const N: usize, const MOVED: bool>(
     simd: L,
     origins: Origins,
-    corners: &[[Corner; N]; WIDTH],
+    corners: &[[Corner; N]],
 ) -> Gathered<L, N> {
-    let zero = f32x8::splat(simd, 0.0);
-    let no_mass = simd.combine_f32x4(
-        f32x4::simd_from(simd, [1.0, 1.0, 1.0, 0.0]),
-        f32x4::simd_from(simd, [1.0, 1.0, 1.0, 0.0]),
+    let corners = &corners[..L::LANES];
+    let zero = simd.number(0.0);
+    let no_mass = simd.join(
+        #[inline(always)]
+        |_| f32x4::simd_from(simd, [1.0, 1.0, 1.0, 0.0]),
     );
     let Origins {
         positions,
@@ -246,7 +356,7 @@ pub unsafe fn gather<L: Lanes, const N: usize, const MOVED: bool>(
 pub unsafe fn scatter_add<L: Lanes, const N: usize>(
     simd: L,
     origin: *mut Vec4,
-    corners: &[[Corner; N]; WIDTH],
+    corners: &[[Corner; N]],
     moves: [Vectors<L>; N],
     count: f32,
     lanes: usize,
@@ -258,7 +368,8 @@ pub unsafe fn scatter_add<L: Lanes, const N: usize>(
             unsafe { *place = Vec4::from_array(particle.into()) };
         }
     };
-    let count = f32x8::splat(simd, count);
+    let corners = &corners[..L::LANES];
+    let count = simd.number(count);
     for (corner, [x, y, z]) in moves.into_iter().enumerate() {
         let by = simd.transpose([x, y, z, count]);
         // Two lanes at a time are 10 % faster with two corners. With more corners registers run
@@ -267,18 +378,24 @@ pub unsafe fn scatter_add<L: Lanes, const N: usize>(
             // SAFETY: the caller's promise.
             let now = unsafe { rows(simd, origin, corners, corner) };
             for (k, (now, by)) in now.into_iter().zip(by).enumerate() {
-                let (low, high) = simd.split_f32x8(now + by);
-                put(k, corner, low);
-                put(k + WIDTH / 2, corner, high);
+                simd.split(
+                    now + by,
+                    #[inline(always)]
+                    |quarter, by| put(4 * quarter + k, corner, by),
+                );
             }
         } else {
             for (k, by) in by.into_iter().enumerate() {
-                let (low, high) = simd.split_f32x8(by);
-                for (lane, by) in [(k, low), (k + WIDTH / 2, high)] {
-                    // SAFETY: the caller's promise.
-                    let now = unsafe { row(simd, origin, corners, corner, lane) };
-                    put(lane, corner, now + by);
-                }
+                simd.split(
+                    by,
+                    #[inline(always)]
+                    |quarter, by| {
+                        let lane = 4 * quarter + k;
+                        // SAFETY: the caller's promise.
+                        let now = unsafe { row(simd, origin, corners, corner, lane) };
+                        put(lane, corner, now + by);
+                    },
+                );
             }
         }
     }
@@ -289,17 +406,17 @@ pub unsafe fn scatter_add<L: Lanes, const N: usize>(
 /// By halving the quadrant and a polynomial (Moshier's `atanf` of the Cephes library), because the
 /// platform's own function may differ in its last bit between machines.
 #[inline(always)]
-pub fn arc_tangent<L: Lanes>(simd: L, y: f32x8<L>, x: f32x8<L>) -> f32x8<L> {
+pub fn arc_tangent<L: Lanes>(simd: L, y: Floats<L>, x: Floats<L>) -> Floats<L> {
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     const TANGENT_OF_EIGHTH: f32 = 0.414_213_56;
-    let zero = f32x8::splat(simd, 0.0);
+    let zero = simd.number(0.0);
     let (up, along) = (y.abs(), x.abs());
     let (small, large) = (up.min(along), up.max(along));
     // (s − l)/(s + l) is the tangent of the difference to an eighth of a turn.
     let upper = small.simd_gt(large * TANGENT_OF_EIGHTH);
     let numerator = upper.select(small - large, small);
     let divisor = upper.select(small + large, large);
-    let divisor = divisor.simd_gt(0.0).select(divisor, 1.0.simd_into(simd));
+    let divisor = divisor.simd_gt(0.0).select(divisor, simd.number(1.0));
     let ratio = numerator / divisor;
     let z = ratio * ratio;
     let series = (((z * 8.053_744_5e-2 - 1.387_768_6e-1) * z + 1.997_771_1e-1) * z - 3.333_295e-1)
@@ -307,8 +424,10 @@ pub fn arc_tangent<L: Lanes>(simd: L, y: f32x8<L>, x: f32x8<L>) -> f32x8<L> {
         * ratio
         + ratio;
     let angle = upper.select(series + FRAC_PI_4, series);
-    let angle = up.simd_gt(along).select(FRAC_PI_2 - angle, angle);
-    let angle = x.simd_lt(zero).select(PI - angle, angle);
+    let angle = up
+        .simd_gt(along)
+        .select(simd.number(FRAC_PI_2) - angle, angle);
+    let angle = x.simd_lt(zero).select(simd.number(PI) - angle, angle);
     y.simd_lt(zero).select(-angle, angle)
 }
 
@@ -330,6 +449,7 @@ impl Instructions {
         let mut all = Vec::new();
         #[cfg(target_arch = "x86_64")]
         {
+            all.extend(best.as_avx512().map(|simd| Self(simd.level())));
             all.extend(best.as_avx2().map(|simd| Self(simd.level())));
             all.extend(best.as_sse2().map(|simd| Self(simd.level())));
         }
@@ -345,6 +465,9 @@ impl Instructions {
     pub fn name(self) -> &'static str {
         #[cfg(target_arch = "x86_64")]
         {
+            if self.0.as_avx512().is_some() {
+                return "AVX-512";
+            }
             if self.0.as_avx2().is_some() {
                 return "AVX2";
             }
@@ -359,7 +482,31 @@ impl Instructions {
         "scalar"
     }
 
-    /// Performs work with this instruction set.
+    /// Largest number of lanes: [`WIDTH`], or [`MAX_WIDTH`] with AVX-512.
+    pub(crate) fn widest(self) -> usize {
+        #[cfg(target_arch = "x86_64")]
+        if self.0.as_avx512().is_some() {
+            return MAX_WIDTH;
+        }
+        WIDTH
+    }
+
+    /// Performs work with this instruction set in this number of lanes: [`WIDTH`], or
+    /// [`MAX_WIDTH`] where [`widest`](Self::widest) allows it.
+    pub(crate) fn run_in(self, lanes: usize, work: impl SimdWork) {
+        #[cfg(target_arch = "x86_64")]
+        if lanes > WIDTH
+            && let Some(simd) = self.0.as_avx512()
+        {
+            return simd.vectorize(
+                #[inline(always)]
+                || work.run(simd),
+            );
+        }
+        self.run(work);
+    }
+
+    /// Performs work with this instruction set in [`WIDTH`] lanes.
     pub(crate) fn run(self, work: impl SimdWork) {
         macro_rules! with {
             ($simd:ident) => {

@@ -130,7 +130,7 @@ impl Threads {
         items: &mut [T],
         (like, size): (
             impl Fn(&T, &T) -> bool + Sync,
-            fn(&T, usize, usize) -> usize,
+            impl Fn(&T, usize, usize) -> usize + Sync,
         ),
         load: impl Fn(&T) -> WorkEstimate + Sync,
         work: &(impl Fn(&mut [T], &Self) + Sync),
@@ -156,7 +156,7 @@ impl Threads {
                 *place = address(item);
             }
         }
-        let is_large = |item: &T| large.contains(&address(item));
+        let (is_large, size) = (|item: &T| large.contains(&address(item)), &size);
         let groups = |items| {
             let runs =
                 <[T]>::chunk_by_mut(items, |a, b| !is_large(a) && !is_large(b) && like(a, b));

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     Effects, ElasticKind, Settings, Stitches, Topology,
     effects::workspace::{Columns, Workspace},
-    kernel::lanes::WIDTH,
+    kernel::lanes::{Instructions, MAX_WIDTH, WIDTH},
     particles::Part,
     partitions::Piece,
 };
@@ -54,54 +54,69 @@ impl Candidate<'_> {
 }
 
 /// Size of the groups in which a number of copies of a body is best stepped on a number of threads, at
-/// least one: [`WIDTH`], or 1 for each alone.
+/// least one: at most [`MAX_WIDTH`], and 1 for each alone.
 #[must_use]
-pub fn group_size(topology: &Topology, copies: usize, threads: usize) -> usize {
+pub fn group_size(
+    topology: &Topology,
+    copies: usize,
+    threads: usize,
+    instructions: Instructions,
+) -> usize {
     let threads = threads.max(1);
-    let groups = copies.div_ceil(WIDTH).div_ceil(threads);
-    match groups as f32 * cost(topology) < copies.div_ceil(threads) as f32 {
-        true => WIDTH,
-        false => 1,
+    let mut best = (copies.div_ceil(threads) as f32, 1);
+    for lanes in [WIDTH, MAX_WIDTH] {
+        // How many groups each thread steps one after the other.
+        let turns = copies.div_ceil(lanes).div_ceil(threads);
+        let time = turns as f32 * cost(topology, lanes);
+        if lanes <= instructions.widest() && time < best.0 {
+            best = (time, copies.div_ceil(turns * threads).max(2));
+        }
     }
+    best.1
 }
 
-/// Time of a tick of [`WIDTH`] copies side by side, whether all lanes have one or not, as a multiple
+/// Time of a tick of copies side by side, whether all lanes have one or not, as a multiple
 /// of that of one alone. Measured on an AMD EPYC: 4.6 for a bunny of 332 particles, 3.5 for a cube of
 /// 125, 1.5 for one of 27, whose colors do not fill the lanes when it is alone.
-fn cost(topology: &Topology) -> f32 {
+fn cost(topology: &Topology, lanes: usize) -> f32 {
     const FULL: f32 = 4.4;
     const OTHER: f32 = 0.5;
+    let wide = if lanes > WIDTH { 1.2 } else { 1.0 };
     let (edges, tetrahedra) = (&topology.edges.elements, &topology.tetrahedra.elements);
     let constraints = edges.corners().len() + tetrahedra.corners().len();
-    let lanes = WIDTH * (edges.blocks() + tetrahedra.blocks());
-    OTHER + FULL * constraints as f32 / lanes.max(1) as f32
+    let all = WIDTH * (edges.blocks() + tetrahedra.blocks());
+    wide * (OTHER + FULL * constraints as f32 / all.max(1) as f32)
 }
 
-/// Performs some substeps of a tick for up to [`WIDTH`] bodies, each of which is [a
+/// Performs some substeps of a tick for up to [`MAX_WIDTH`] bodies, each of which is [a
 /// copy](Candidate::is_copy_of) of the one before. All must have been [prepared](Stepper::prepare) in
-/// the same way. Those beyond [`WIDTH`] are not stepped.
+/// the same way. Those beyond are not stepped.
 pub fn advance<'a>(
     mut bodies: impl Iterator<Item = Stepper<'a>>,
     substeps: &Range<u32>,
     context: &StepContext,
-) -> [Result<(), NotFinite>; WIDTH] {
-    let mut bodies: [Option<Stepper>; WIDTH] = array::from_fn(|_| bodies.next());
-    let mut results = [Ok(()); WIDTH];
-    let mut count = 0_u8;
-    let mut least = 0.0;
+) -> [Result<(), NotFinite>; MAX_WIDTH] {
+    let mut bodies: [Option<Stepper>; MAX_WIDTH] = array::from_fn(|_| bodies.next());
+    let mut results = [Ok(()); MAX_WIDTH];
+    let mut count = 0_usize;
+    let mut costs = [0.0; 2];
     for (place, result) in bodies.iter_mut().zip(&mut results) {
         if let Some(body) = place {
             if body.start(substeps, context) {
                 count += 1;
-                least = cost(body.topology);
+                costs = [WIDTH, MAX_WIDTH].map(|lanes| cost(body.topology, lanes));
             } else {
                 *result = body.advance_one_by_one(substeps.clone(), context);
                 *place = None;
             }
         }
     }
-    if f32::from(count) > least {
-        advance_lanes(&mut bodies, &mut results, substeps, context);
+    let (lanes, cost) = match count > WIDTH {
+        true => (MAX_WIDTH, costs[1]),
+        false => (WIDTH, costs[0]),
+    };
+    if count as f32 > cost {
+        advance_lanes(&mut bodies, &mut results, lanes, substeps, context);
     } else {
         for (body, result) in bodies.iter_mut().zip(&mut results) {
             if let Some(body) = body {
@@ -114,8 +129,9 @@ pub fn advance<'a>(
 
 /// Performs substeps in which nothing happens between substeps.
 fn advance_lanes(
-    bodies: &mut [Option<Stepper>; WIDTH],
-    results: &mut [Result<(), NotFinite>; WIDTH],
+    bodies: &mut [Option<Stepper>; MAX_WIDTH],
+    results: &mut [Result<(), NotFinite>; MAX_WIDTH],
+    lanes: usize,
     substeps: &Range<u32>,
     context: &StepContext,
 ) {
@@ -133,7 +149,7 @@ fn advance_lanes(
     };
     let (shape, effects) = (Arc::clone(first.topology), *first.effects);
     for (copied, own) in columns.multipliers.iter_mut().zip(first.states.columns()) {
-        copied.resize(own.len(), [0.0; WIDTH]);
+        copied.resize(own.len() * lanes, 0.0);
     }
     let contexts = bodies.each_ref().map(|body| {
         let body = body.as_ref()?;
@@ -143,7 +159,8 @@ fn advance_lanes(
         .each_mut()
         .map(|body| body.as_mut().map(SharedBody::new));
     let tasks = tasks(&shape, (&effects, false), substeps, context);
-    let mut lanes = Lanes {
+    let mut work = Lanes {
+        count: lanes,
         contexts: &contexts,
         shared: &shared,
         results: &mut *results,
@@ -154,10 +171,10 @@ fn advance_lanes(
     };
     for phase in Phases::new(tasks, &shape.partitions) {
         for &task in phase.tasks() {
-            lanes.act(task, &phase);
+            work.act(task, &phase);
         }
     }
-    lanes.store_multipliers();
+    work.store_multipliers();
     let touched = shared.map(|shared| shared.is_some_and(|it| it.touched()));
     for ((body, result), touched) in bodies.iter_mut().zip(results).zip(touched) {
         let Some(body) = body else { continue };
@@ -176,9 +193,11 @@ fn advance_lanes(
 /// Bodies with what their tasks need; a lane is empty where there is none, or one that does not take
 /// part.
 struct Lanes<'a, 'b> {
-    contexts: &'a [Option<TaskContext<'b>>; WIDTH],
-    shared: &'a [Option<SharedBody<'b>>; WIDTH],
-    results: &'a mut [Result<(), NotFinite>; WIDTH],
+    /// Number of lanes.
+    count: usize,
+    contexts: &'a [Option<TaskContext<'b>>; MAX_WIDTH],
+    shared: &'a [Option<SharedBody<'b>>; MAX_WIDTH],
+    results: &'a mut [Result<(), NotFinite>; MAX_WIDTH],
     columns: &'a mut Columns,
     /// The effects whose multipliers were stored.
     stored: [bool; ElasticKind::COUNT],
@@ -243,7 +262,7 @@ impl Lanes<'_, '_> {
             let copied = columns.into_iter().zip(&self.columns.multipliers);
             for ((column, copied), stored) in copied.zip(self.stored) {
                 if stored {
-                    for (own, copied) in column.iter_mut().zip(copied) {
+                    for (own, copied) in column.iter_mut().zip(copied.chunks_exact(self.count)) {
                         *own = copied[lane];
                     }
                 }
@@ -255,7 +274,7 @@ impl Lanes<'_, '_> {
     ///
     /// # Safety
     /// During the lifetime of the parts, no other parts are requested.
-    unsafe fn parts(&self, piece: &Piece) -> [Option<Part<'_>>; WIDTH] {
+    unsafe fn parts(&self, piece: &Piece) -> [Option<Part<'_>>; MAX_WIDTH] {
         array::from_fn(|lane| {
             let shared = self.shared[lane].as_ref()?;
             // SAFETY: the caller's promise.
@@ -271,7 +290,7 @@ impl Lanes<'_, '_> {
             // SAFETY: the parts are dropped before others are requested.
             let parts = unsafe { self.parts(piece) };
             if parts.iter().any(Option::is_some) {
-                copies.load(&parts, damped, self.context.instructions);
+                copies.load(&parts, self.count, damped, self.context.instructions);
                 self.are_loaded = true;
             }
             self.columns.copies = copies;

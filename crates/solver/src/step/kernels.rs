@@ -172,6 +172,8 @@ impl CopiesPass<'_> {
             let column = constraints.start * M..constraints.end * M;
             let (iteration, count, is_last) = self.pass;
             let is_kept = !self.multipliers.is_empty() && (count > 1 || is_last);
+            let lanes = self.copies.lanes();
+            let column = column.start * lanes..column.end * lanes;
             let kept = is_kept.then(|| (&mut self.multipliers[column], iteration == 0));
             copies::solve(kernel, index, self.copies, kept, self.instructions);
         }

@@ -301,7 +301,8 @@ fn step_alone<T: Listed>(bodies: &mut [T], context: &StepContext, sleep: &SleepS
     context.threads.for_each_group(
         bodies,
         (are_copies, |first, copies, threads| {
-            copies::group_size(&first.body().topology, copies, threads)
+            let topology = &first.body().topology;
+            copies::group_size(topology, copies, threads, context.instructions)
         }),
         load,
         &|group: &mut [T], threads: &Threads| {

@@ -1,7 +1,10 @@
 //! Contacts of grains in blocks of eight that share no grain, one per lane.
 
-use crate::lanes::{Lanes, SimdWork, Vectors, WIDTH};
-use fearless_simd::{f32x4, f32x8, prelude::*};
+use crate::{
+    kernel::block::{Arithmetic, cross, dot},
+    lanes::{Floats, Lanes, SimdWork, Vectors, WIDTH},
+};
+use fearless_simd::{f32x4, prelude::*};
 use glam::Vec4;
 
 /// Grains closer than this fraction of their distance count as touching for cohesion.
@@ -71,24 +74,16 @@ impl Block {
 
 /// The rows of a column, two lanes in each: k and k + 4.
 #[inline(always)]
-fn rows<L: Lanes>(simd: L, column: &[Vec4], places: &[u32; WIDTH]) -> [f32x8<L>; 4] {
-    let mut rows = [f32x8::splat(simd, 0.0); 4];
-    for (k, row) in rows.iter_mut().enumerate() {
-        let low = column[places[k] as usize].to_array();
-        let high = column[places[k + WIDTH / 2] as usize].to_array();
-        *row = simd.combine_f32x4(f32x4::simd_from(simd, low), f32x4::simd_from(simd, high));
-    }
-    rows
-}
-
-#[inline(always)]
-fn dot<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> f32x8<L> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+fn rows<L: Lanes>(simd: L, column: &[Vec4], places: &[u32; WIDTH]) -> [Floats<L>; 4] {
+    simd.rows(
+        #[inline(always)]
+        |lane| f32x4::simd_from(simd, column[places[lane] as usize].to_array()),
+    )
 }
 
 /// The part of a vector across the normal.
 #[inline(always)]
-fn tangential<L: Lanes>(normal: &Vectors<L>, [x, y, z]: Vectors<L>) -> Vectors<L> {
+fn tangential<F: Arithmetic>(normal: &[F; 3], [x, y, z]: [F; 3]) -> [F; 3] {
     let along = dot(normal, &[x, y, z]);
     [
         x - normal[0] * along,
@@ -98,24 +93,15 @@ fn tangential<L: Lanes>(normal: &Vectors<L>, [x, y, z]: Vectors<L>) -> Vectors<L
 }
 
 #[inline(always)]
-fn cross<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-#[inline(always)]
-fn sum<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
+fn sum<F: Arithmetic>(a: &[F; 3], b: &[F; 3]) -> [F; 3] {
     std::array::from_fn(|k| a[k] + b[k])
 }
 
 /// 1/x where x is positive, otherwise 0.
 #[inline(always)]
-fn inverse<L: Lanes>(simd: L, x: f32x8<L>) -> f32x8<L> {
-    let zero = f32x8::splat(simd, 0.0);
-    let one = f32x8::splat(simd, 1.0);
+fn inverse<L: Lanes>(simd: L, x: Floats<L>) -> Floats<L> {
+    let zero = simd.number(0.0);
+    let one = simd.number(1.0);
     let is_some = x.simd_gt(zero);
     is_some.select(one / is_some.select(x, one), zero)
 }
@@ -140,13 +126,13 @@ const LEVER: f32 = crate::contact::LEVER as f32;
 /// Both are solved together; with a torque beyond its limit, only the first one.
 struct NoSlip<'a, L: Lanes> {
     normal: &'a Vectors<L>,
-    weights: &'a [f32x8<L>; 2],
+    weights: &'a [Floats<L>; 2],
     /// Without rotation [m].
     slip: Vectors<L>,
     /// Friction of earlier passes [kg·m].
     held: &'a Vectors<L>,
     /// Limits of friction [kg·m], and of the torque over the reduced radius r₁r₂/(r₁ + r₂) [kg·m].
-    limits: [f32x8<L>; 2],
+    limits: [Floats<L>; 2],
 }
 
 impl<L: Lanes> NoSlip<'_, L> {
@@ -165,9 +151,9 @@ impl<L: Lanes> NoSlip<'_, L> {
             held: friction,
             limits: [max_friction, max_torque],
         } = self;
-        let zero = f32x8::splat(simd, 0.0);
-        let one = f32x8::splat(simd, 1.0);
-        let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
+        let zero = simd.number(0.0);
+        let one = simd.number(1.0);
+        let load = |column: &[f32; WIDTH]| simd.load(column);
         let [k0, k1] = roll.curvatures.each_ref().map(load);
         let [a, b] = block.places.map(|places| vectors(simd, turns, &places));
         let rolled = cross(&sum(&a, &b), normal);
@@ -198,7 +184,7 @@ impl<L: Lanes> NoSlip<'_, L> {
         for k in 0..3 {
             let torque = wanted[k] * scale;
             change[k] = torque - held[k];
-            roll.torque[k] = torque.into();
+            torque.store_slice(&mut roll.torque[k]);
         }
         let bent = cross(normal, &change);
         let of_slip = inverse(simd, of_slip);
@@ -216,7 +202,7 @@ fn turn<L: Lanes>(
     by: &Vectors<L>,
     torque: &Vectors<L>,
 ) {
-    let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
+    let load = |column: &[f32; WIDTH]| simd.load(column);
     for side in 0..2 {
         let [weight, curvature] = [&block.weights[side], &roll.curvatures[side]].map(load);
         let sign = if side == 0 { 1.0 } else { -1.0 };
@@ -259,8 +245,8 @@ impl SimdWork for Begin<'_> {
             turns,
             ..
         } = self;
-        let zero = f32x8::splat(simd, 0.0);
-        let one = f32x8::splat(simd, 1.0);
+        let zero = simd.number(0.0);
+        let one = simd.number(1.0);
         for (number, (block, start)) in blocks.iter_mut().zip(starts).enumerate() {
             let [a, b] = block.places.map(|places| rows(simd, positions, &places));
             let [c, d] = block.places.map(|places| rows(simd, carries, &places));
@@ -269,16 +255,16 @@ impl SimdWork for Begin<'_> {
             let length = dot(&[x, y, z], &[x, y, z]).sqrt();
             let has_direction = length.simd_gt(zero);
             let inverse = has_direction.select(one / has_direction.select(length, one), zero);
-            let distance = f32x8::from_slice(simd, &start.distance);
+            let distance = simd.load(&start.distance);
             let kept = distance.min(length + self.recovery);
             let normal = [x * inverse, y * inverse, z * inverse];
             for (to, along) in block.normal.iter_mut().zip(normal) {
-                *to = along.into();
+                along.store_slice(to);
             }
-            block.gap = (length - kept).into();
+            (length - kept).store_slice(&mut block.gap);
             let touches = length.simd_lt(distance * (1.0 + TOUCHING));
-            start.touches = touches.select(one, zero).into();
-            let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
+            touches.select(one, zero).store_slice(&mut start.touches);
+            let load = |column: &[f32; WIDTH]| simd.load(column);
             let push = load(&block.push);
             let friction = block.friction.each_ref().map(load);
             let slip: Vectors<L> = std::array::from_fn(|k| {
@@ -289,7 +275,7 @@ impl SimdWork for Begin<'_> {
                 None => tangential(&normal, slip),
                 Some(roll) => {
                     for torque in &mut roll.torque {
-                        *torque = (load(torque) * WARM).into();
+                        (load(torque) * WARM).store_slice(torque);
                     }
                     let [a, b] = block.places.map(|places| vectors(simd, turns, &places));
                     let rolled = cross(&sum(&a, &b), &normal);
@@ -302,11 +288,11 @@ impl SimdWork for Begin<'_> {
             let most = push.max(zero) * weight * self.friction;
             let over = size.simd_gt(most);
             let scale = over.select(most / over.select(size, one), one);
-            block.push = (push * WARM).into();
+            (push * WARM).store_slice(&mut block.push);
             for k in 0..3 {
-                block.friction[k] = (friction[k] * WARM).into();
-                block.anchor[k] = (slip[k] * scale).into();
-                start.apart[k] = [x, y, z][k].into();
+                (friction[k] * WARM).store_slice(&mut block.friction[k]);
+                (slip[k] * scale).store_slice(&mut block.anchor[k]);
+                [x, y, z][k].store_slice(&mut start.apart[k]);
             }
         }
     }
@@ -338,9 +324,9 @@ impl SimdWork for Warm<'_> {
             turns,
             ..
         } = self.0;
-        let zero = f32x8::splat(simd, 0.0);
+        let zero = simd.number(0.0);
         for (number, block) in blocks.iter_mut().enumerate() {
-            let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
+            let load = |column: &[f32; WIDTH]| simd.load(column);
             let push = load(&block.push);
             if !push.simd_ne(zero).any_true() {
                 continue;
@@ -396,13 +382,13 @@ impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
             releases_friction,
             rolling,
         } = self.limits;
-        let zero = f32x8::splat(simd, 0.0);
-        let one = f32x8::splat(simd, 1.0);
+        let zero = simd.number(0.0);
+        let one = simd.number(1.0);
         for (number, block) in blocks.iter_mut().enumerate() {
             let of_a = rows(simd, motions, &block.places[0]);
             let of_b = rows(simd, motions, &block.places[1]);
             let [x, y, z, _] = simd.transpose(std::array::from_fn(|k| of_a[k] - of_b[k]));
-            let load = |column: &[f32; WIDTH]| f32x8::from_slice(simd, column);
+            let load = |column: &[f32; WIDTH]| simd.load(column);
             let normal = block.normal.each_ref().map(load);
             let weights = block.weights.each_ref().map(load);
             let weight = weights[0] + weights[1];
@@ -420,7 +406,7 @@ impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
                 continue;
             }
             *self.acts = true;
-            block.push = push.into();
+            push.store_slice(&mut block.push);
             let held = match releases_friction {
                 true => [zero; 3],
                 false => block.friction.each_ref().map(load),
@@ -452,7 +438,7 @@ impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
                 let after = wanted[k] * scale;
                 along[k] = after - held[k];
                 impulse[k] = normal[k] * change + along[k];
-                block.friction[k] = after.into();
+                after.store_slice(&mut block.friction[k]);
             }
             if ROLLS {
                 let by = cross(&normal, &along);
@@ -475,15 +461,19 @@ impl<const ROLLS: bool> SimdWork for Pass<'_, ROLLS> {
 fn add<L: Lanes>(
     simd: L,
     motions: &mut [Vec4],
-    (places, before): (&[u32; WIDTH], [f32x8<L>; 4]),
+    (places, before): (&[u32; WIDTH], [Floats<L>; 4]),
     impulse: Vectors<L>,
-    weight: f32x8<L>,
+    weight: Floats<L>,
 ) {
     let [x, y, z] = impulse;
-    let by = simd.transpose([x * weight, y * weight, z * weight, f32x8::splat(simd, 0.0)]);
+    let by = simd.transpose([x * weight, y * weight, z * weight, simd.number(0.0)]);
     for k in 0..WIDTH / 2 {
-        let (low, high) = simd.split_f32x8(before[k] + by[k]);
-        motions[places[k] as usize] = Vec4::from_array(low.into());
-        motions[places[k + WIDTH / 2] as usize] = Vec4::from_array(high.into());
+        simd.split(
+            before[k] + by[k],
+            #[inline(always)]
+            |quarter, motion| {
+                motions[places[4 * quarter + k] as usize] = Vec4::from_array(motion.into());
+            },
+        );
     }
 }
