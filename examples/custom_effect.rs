@@ -37,7 +37,7 @@ impl Blocks<2, 1> for Contract<'_> {
         block: &Block<2>,
         [a, b]: &[Columns<L>; 2],
         _: Option<&[Vectors<L>; 2]>,
-        _: Option<[f32x8<L>; 1]>,
+        _: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 2, 1> {
         let d = difference(b, a);
         let length = dot(&d, &d).sqrt();

@@ -10,7 +10,7 @@ use pliant_solver::{
     SmoothingIterations, StickyGround, Stitch, StitchEnd, Stitches, StrainLimit, Stretch, Struts,
     Substeps, SurfacePoint, Tethers, Threads, Topology, VertexIndex, Volume, Weave, Wind, World,
     kernel::{
-        Block, Blocks, Columns, Lanes, Projected, Vectors, difference, f32x8, iterate, scaled,
+        Block, Blocks, Columns, Floats, Lanes, Projected, Vectors, difference, iterate, scaled,
     },
     topology::order::Elements,
 };
@@ -269,7 +269,7 @@ fn kernels_of_an_app() {
             _: &Block<2>,
             [a, b]: &[Columns<L>; 2],
             _: Option<&[Vectors<L>; 2]>,
-            lambda: Option<[f32x8<L>; 1]>,
+            lambda: Option<[Floats<L>; 1]>,
         ) -> Projected<L, 2, 1> {
             let d = difference(b, a);
             Projected {

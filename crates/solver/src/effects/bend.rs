@@ -5,8 +5,9 @@ use crate::reflection::*;
 use crate::{
     Damping, ElasticKind, FlexuralRigidity, Particles, Topology,
     elastic::{Elastic, Point, Row},
-    kernel::block::{
-        Ask, Block, Blocks, LaneRow, Projected, any, cross, difference, dot, solve_rows,
+    kernel::{
+        arithmetic::{cross, difference, dot},
+        block::{Ask, Block, Blocks, LaneRow, Projected, any, solve_rows},
     },
     lanes::{Columns, Floats, Instructions, Lanes, Vectors, arc_tangent},
     order::{Corner, Elements},

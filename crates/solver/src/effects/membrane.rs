@@ -5,7 +5,10 @@ use crate::reflection::*;
 use crate::{
     Damping, ElasticKind, PoissonRatio, Thickness, Topology, YoungsModulus,
     elastic::{Elastic, Point, Row},
-    kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows},
+    kernel::{
+        arithmetic::{difference, dot},
+        block::{Block, Blocks, LaneRow, Projected, solve_rows},
+    },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
     topology::Facets,

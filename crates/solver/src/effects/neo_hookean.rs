@@ -5,7 +5,10 @@ use crate::reflection::*;
 use crate::{
     Damping, ElasticKind, PoissonRatio, Topology, YoungsModulus,
     elastic::{Curvature, Elastic, Point, Row},
-    kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference, dot, solve_rows},
+    kernel::{
+        arithmetic::{cross, difference, dot},
+        block::{Block, Blocks, LaneRow, Projected, solve_rows},
+    },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
     topology::{Frames, Tetrahedra},

@@ -5,7 +5,10 @@ use super::{Multipliers, bend::wrapped};
 use crate::reflection::*;
 use crate::{
     Creep, Effects, Particles, PlasticLimit, Topology, Yield,
-    kernel::block::{Block, Blocks, Projected, cross, difference, dot, solve_all},
+    kernel::{
+        arithmetic::{cross, difference, dot},
+        block::{Block, Blocks, Projected, solve_all},
+    },
     lanes::{Columns, Floats, Lanes, Vectors, arc_tangent},
     order::Elements,
     particles::Part,

@@ -5,7 +5,10 @@ use crate::reflection::*;
 use crate::{
     Damping, ElasticKind, Strain, Topology,
     elastic::{Elastic, Point, Row},
-    kernel::block::{Block, Blocks, Projected, difference, dot, scaled},
+    kernel::{
+        arithmetic::{difference, dot, scaled},
+        block::{Block, Blocks, Projected},
+    },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
     topology::Edges,

@@ -5,7 +5,10 @@ use crate::reflection::*;
 use crate::{
     Compliance, Damping, ElasticKind, Particles, RepairTime, Stiffness, Topology,
     elastic::{Elastic, Point, Row},
-    kernel::block::{Ask, Block, Blocks, Projected, any, difference, dot, scaled},
+    kernel::{
+        arithmetic::{difference, dot, scaled},
+        block::{Ask, Block, Blocks, Projected, any},
+    },
     lanes::{Columns, Floats, Instructions, Lanes, Vectors},
     order::Elements,
     topology::Edges,

@@ -6,7 +6,8 @@ use crate::{
     Compliance, Damping, ElasticKind, Particles, RepairTime, Stiffness, Topology,
     elastic::{Elastic, Point, Row},
     kernel::{
-        block::{Arithmetic, Ask, Block, Blocks, Projected, any, cross, difference, dot, scaled},
+        arithmetic::{Arithmetic, cross, difference, dot, scaled},
+        block::{Ask, Block, Blocks, Projected, any},
         geometry::volume_and_gradients,
     },
     lanes::{Columns, Floats, Instructions, Lanes, Vectors},

@@ -12,6 +12,7 @@
     reason = "particles are read and written by their address"
 )]
 
+use super::arithmetic::{dot, scaled};
 use crate::effects::multipliers::Multipliers;
 use crate::{
     lanes::{
@@ -24,7 +25,6 @@ use crate::{
 };
 use fearless_simd::prelude::*;
 use glam::Vec4;
-use std::ops::{Add, Mul, Sub};
 
 /// Constraints on `N` particles each, with `M` equations each, that are projected eight at a time.
 pub trait Blocks<const N: usize, const M: usize>: Sync {
@@ -714,36 +714,3 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
 /// An equation depends on those before it if less than this fraction of it remains after
 /// elimination.
 pub(crate) const DEPENDENT: f32 = 1e-6;
-
-/// Numbers that can be added, subtracted and multiplied.
-pub trait Arithmetic: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {}
-
-impl<F: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>> Arithmetic for F {}
-
-/// a − b, without weights.
-#[inline(always)]
-pub fn difference<F: Arithmetic>(a: &[F; 4], b: &[F; 4]) -> [F; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// a · b.
-#[inline(always)]
-pub fn dot<F: Arithmetic>(a: &[F; 3], b: &[F; 3]) -> F {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// a × b.
-#[inline(always)]
-pub fn cross<F: Arithmetic>(a: &[F; 3], b: &[F; 3]) -> [F; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-/// d s.
-#[inline(always)]
-pub fn scaled<F: Arithmetic>(d: &[F; 3], s: F) -> [F; 3] {
-    [d[0] * s, d[1] * s, d[2] * s]
-}

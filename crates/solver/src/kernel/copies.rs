@@ -13,6 +13,7 @@
 )]
 
 use super::{
+    arithmetic::{self, exact_sum},
     block::{Block, Blocks, Projected},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors},
 };
@@ -21,7 +22,7 @@ use crate::{
     topology::order::{Batch, Corner, Elements},
 };
 use fearless_simd::{f32x4, prelude::*};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 /// Particles of up to [`MAX_WIDTH`] copies of a body during a substep.
 #[derive(Debug, Default)]
@@ -31,7 +32,7 @@ pub struct Copies {
     /// Positions p [m] with inverse masses in w, and displacements u [m] with 0 in w, particle by
     /// particle: x, y, z and w of p, then of u, each in all lanes.
     particles: Vec<Line>,
-    /// Carries c [m] in the same way, if constraints are damped.
+    /// Carries c [m] in the same way, if they are needed.
     carry: Vec<Line>,
 }
 
@@ -50,8 +51,9 @@ const COMPONENTS: usize = 8;
 const CARRIED: usize = 4;
 
 impl Copies {
-    /// Reads the particles of the first `lanes` copies, with carries if constraints are `damped`.
-    /// Lanes without a copy repeat another.
+    /// Reads the particles of the first `lanes` copies, with carries if they are `carried`: for damped
+    /// constraints, and for [`end_and_begin`](Self::end_and_begin). Lanes without a copy repeat
+    /// another.
     ///
     /// # Panics
     /// If there is no copy, or they have different numbers of particles.
@@ -59,7 +61,7 @@ impl Copies {
         &mut self,
         copies: &[Option<Part>; MAX_WIDTH],
         lanes: usize,
-        damped: bool,
+        carried: bool,
         instructions: Instructions,
     ) {
         let any = copies.iter().flatten().next().expect("a copy");
@@ -67,7 +69,7 @@ impl Copies {
         let lines = |components: usize| count * components * lanes / MAX_WIDTH;
         self.lanes = lanes;
         self.particles.resize(lines(COMPONENTS), Line::default());
-        let carried = if damped { lines(CARRIED) } else { 0 };
+        let carried = if carried { lines(CARRIED) } else { 0 };
         self.carry.resize(carried, Line::default());
         let copies = copies.each_ref().map(|copy| copy.as_ref().unwrap_or(any));
         let fits = |it: &[Vec4]| it.len() == count;
@@ -81,18 +83,67 @@ impl Copies {
         instructions.run_in(lanes, Load { from, into: self });
     }
 
-    /// Writes the displacements of the copies.
+    /// Writes the displacements of the copies, and the rest if they have `moved`.
     ///
     /// # Panics
     /// If a copy has another number of particles than in [`load`](Self::load).
-    pub(crate) fn store(&self, copies: &mut [Option<Part>; MAX_WIDTH], instructions: Instructions) {
+    pub(crate) fn store(
+        &self,
+        copies: &mut [Option<Part>; MAX_WIDTH],
+        moved: bool,
+        instructions: Instructions,
+    ) {
+        let (particles, carry) = (flat(&self.particles), flat(&self.carry));
+        let (particle, carried) = (COMPONENTS * self.lanes, CARRIED * self.lanes);
+        let displacements = particles.get(carried..).unwrap_or_default();
         let count = self.count();
-        let into = copies.each_mut().map(|copy| {
-            let into = copy.as_mut().map(|it| &mut *it.displacements);
-            assert!(into.as_ref().is_none_or(|it| it.len() == count));
-            into
-        });
-        instructions.run_in(self.lanes, Store { from: self, into });
+        let same = copies.iter().flatten();
+        assert!(
+            same.map(|it| it.positions.len()).all(|own| own == count),
+            "copies have {count} particles"
+        );
+        let into = copies.each_mut();
+        let into = into.map(|copy| copy.as_mut().map(|it| &mut *it.displacements));
+        let from = (displacements, particle);
+        instructions.run_in(self.lanes, Store { from, into });
+        if moved {
+            let into = copies.each_mut();
+            let into = into.map(|copy| copy.as_mut().map(|it| &mut *it.positions));
+            let from = (particles, particle);
+            instructions.run_in(self.lanes, Store { from, into });
+            let into = copies.each_mut();
+            let into = into.map(|copy| copy.as_mut().map(|it| &mut *it.carry));
+            let from = (carry, carried);
+            instructions.run_in(self.lanes, Store { from, into });
+        }
+    }
+
+    /// The last stage of a substep of `h` seconds and the first of the next, with gravity [m/s²], as
+    /// [`stages::end_and_begin`](crate::step::stages::end_and_begin). Returns whether all
+    /// displacements and velocities are finite; otherwise nothing has moved.
+    ///
+    /// # Panics
+    /// Unless carries were read.
+    pub(crate) fn end_and_begin(
+        &mut self,
+        h: f32,
+        gravity: Vec3,
+        instructions: Instructions,
+    ) -> bool {
+        assert!(
+            self.carry.len() * 2 == self.particles.len(),
+            "copies have carries"
+        );
+        let mut is_finite = false;
+        let lanes = self.lanes;
+        let work = EndAndBegin {
+            copies: self,
+            per_second: 1.0 / h,
+            push: gravity * (h * h),
+            is_finite: &mut is_finite,
+        };
+        instructions.run_in(lanes, work);
+        is_finite
     }
 
     /// Number of lanes.
@@ -165,20 +216,27 @@ fn transpose_from<L: Lanes>(
     }
 }
 
-/// [`Copies::store`].
+/// [`Copies::store`]: the first components of numbers in steps of some length.
 struct Store<'a> {
-    from: &'a Copies,
+    from: (&'a [f32], usize),
     into: [Option<&'a mut [Vec4]>; MAX_WIDTH],
 }
 
 impl SimdWork for Store<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let Self { from, mut into } = self;
-        let particles = flat(&from.particles).chunks_exact(COMPONENTS * L::LANES);
-        for (i, particle) in particles.enumerate() {
-            let component = |k: usize| simd.load(&particle[(CARRIED + k) * L::LANES..][..L::LANES]);
-            let rows = simd.transpose([component(0), component(1), component(2), component(3)]);
+        let Self {
+            from: (from, step),
+            mut into,
+        } = self;
+        for (i, particle) in from.chunks(step).enumerate() {
+            let components = [
+                number(simd, particle, 0),
+                number(simd, particle, 1),
+                number(simd, particle, 2),
+                number(simd, particle, 3),
+            ];
+            let rows = simd.transpose(components);
             for (k, row) in rows.into_iter().enumerate() {
                 simd.split(
                     row,
@@ -192,6 +250,85 @@ impl SimdWork for Store<'_> {
             }
         }
     }
+}
+
+/// [`Copies::end_and_begin`].
+struct EndAndBegin<'a> {
+    copies: &'a mut Copies,
+    /// 1/h [1/s].
+    per_second: f32,
+    /// h²g [m].
+    push: Vec3,
+    is_finite: &'a mut bool,
+}
+
+impl SimdWork for EndAndBegin<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let zero = simd.number(0.0);
+        let particles = flat_mut(&mut self.copies.particles);
+        // As in `first_not_finite`.
+        let mut sums = [zero; 3];
+        for particle in particles.chunks_exact(COMPONENTS * L::LANES) {
+            for (axis, sum) in sums.iter_mut().enumerate() {
+                let moved = number(simd, particle, CARRIED + axis);
+                *sum += moved * self.per_second * 0.0;
+            }
+        }
+        let sum = sums[0] + sums[1] + sums[2];
+        if sum.simd_eq(zero).any_false() {
+            return;
+        }
+        *self.is_finite = true;
+        let particles = particles.chunks_exact_mut(COMPONENTS * L::LANES);
+        let carry = flat_mut(&mut self.copies.carry).chunks_exact_mut(CARRIED * L::LANES);
+        for (particle, carry) in particles.zip(carry) {
+            let pinned = number(simd, particle, 3).simd_eq(zero);
+            let before = [0, 1, 2].map(|axis| {
+                [
+                    number(simd, particle, axis),
+                    number(simd, particle, CARRIED + axis),
+                    number(simd, carry, axis),
+                ]
+            });
+            let mut after = before;
+            for (state, push) in after.iter_mut().zip(self.push.to_array()) {
+                let [position, moved, carried] = arithmetic::end(*state);
+                let [moved, carried] = arithmetic::begin([moved, carried], simd.number(push));
+                *state = [position, moved, carried];
+            }
+            if pinned.any_true() {
+                let [x, y, z] = before.map(|[_, u, c]| u.simd_eq(c));
+                // A grab has moved a pin.
+                let moved = !(x & y & z);
+                for (after, [p, u, c]) in after.iter_mut().zip(before) {
+                    let (position, error) = exact_sum(p, u);
+                    let carried = moved.select(error, c);
+                    let still = [moved.select(position, p), carried, carried];
+                    for (after, still) in after.iter_mut().zip(still) {
+                        *after = pinned.select(still, *after);
+                    }
+                }
+            }
+            for (axis, [p, u, c]) in after.into_iter().enumerate() {
+                put::<L>(particle, axis, p);
+                put::<L>(particle, CARRIED + axis, u);
+                put::<L>(carry, axis, c);
+            }
+        }
+    }
+}
+
+/// A component of a particle, in all lanes.
+#[inline(always)]
+fn number<L: Lanes>(simd: L, particle: &[f32], component: usize) -> Floats<L> {
+    simd.load(&particle[component * L::LANES..][..L::LANES])
+}
+
+/// Sets a component of a particle in all lanes.
+#[inline(always)]
+fn put<L: Lanes>(particle: &mut [f32], component: usize, number: Floats<L>) {
+    number.store_slice(&mut particle[component * L::LANES..][..L::LANES]);
 }
 
 /// Solves the constraints of batch number `index` on all copies, with the multipliers of just these

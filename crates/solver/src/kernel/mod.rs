@@ -1,8 +1,9 @@
-//! Arithmetic on eight elements at once, and the projection of blocks of constraints.
+//! Arithmetic on eight or sixteen elements at once, and the projection of blocks of constraints.
 //!
 //! Custom constraints on elements of a [`Topology`](crate::Topology) implement [`Blocks`];
 //! [`iterate`] projects them eight at a time. See `examples/custom_effect.rs`.
 
+pub(crate) mod arithmetic;
 pub(crate) mod block;
 pub(crate) mod copies;
 pub(crate) mod fit;
@@ -11,16 +12,18 @@ pub(crate) mod lanes;
 pub(crate) mod random;
 pub(crate) mod sum;
 
-pub use block::{Block, Blocks, Projected, cross, difference, dot, iterate, scaled};
-pub use fearless_simd::{f32x8, prelude as simd};
+pub use arithmetic::{Arithmetic, cross, difference, dot, scaled};
+pub use block::{Block, Blocks, Projected, iterate};
+pub use fearless_simd::prelude as simd;
 pub use lanes::{
-    Columns, Gathered, Lanes, Origins, SimdWork, Vectors, WIDTH, arc_tangent, gather, scatter_add,
+    Columns, Floats, Gathered, Lanes, MAX_WIDTH, Origins, SimdWork, Vectors, WIDTH, arc_tangent,
+    gather, scatter_add,
 };
 
 /// Everything for a kernel of an app: `use pliant::solver::kernel::prelude::*`.
 pub mod prelude {
     pub use super::{
-        Block, Blocks, Columns, Lanes, Projected, Vectors, cross, difference, dot, f32x8, iterate,
+        Block, Blocks, Columns, Floats, Lanes, Projected, Vectors, cross, difference, dot, iterate,
         scaled,
     };
     pub use crate::topology::{Edges, order::Elements};

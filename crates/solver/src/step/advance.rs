@@ -24,7 +24,7 @@ use crate::{
     },
     executor::PhaseExecutor,
     force::Moment,
-    kernel::block::Put,
+    kernel::{block::Put, copies::Copies},
     particles::Part,
     partitions::Piece,
     phases::{Phase, Phases, Task},
@@ -583,6 +583,17 @@ impl<'a> TaskContext<'a> {
             result?;
         }
         Ok(())
+    }
+
+    /// Ends a substep and begins the next for copies of the body; returns whether they are finite,
+    /// and otherwise changes nothing.
+    pub fn end_and_begin(&self, copies: &mut Copies) -> bool {
+        let StepContext {
+            settings,
+            instructions,
+            ..
+        } = *self.context;
+        copies.end_and_begin(self.h, settings.gravity, instructions)
     }
 
     /// Performs one task.

@@ -159,7 +159,15 @@ fn advance_lanes(
         .each_mut()
         .map(|body| body.as_mut().map(SharedBody::new));
     let tasks = tasks(&shape, (&effects, false), substeps, context);
+    let stays = tasks.clone().all(|(task, _)| {
+        matches!(
+            task,
+            Task::Elastic { .. } | Task::Begin | Task::EndAndBegin { .. } | Task::End { .. }
+        )
+    });
     let mut work = Lanes {
+        stays,
+        have_moved: false,
         count: lanes,
         contexts: &contexts,
         shared: &shared,
@@ -204,6 +212,10 @@ struct Lanes<'a, 'b> {
     /// Whether the copies have the displacements of the bodies; those of the bodies are then out of
     /// date.
     are_loaded: bool,
+    /// Whether they also have positions and carries that the bodies do not have.
+    have_moved: bool,
+    /// Whether nothing acts on the bodies between substeps but constraints in lanes.
+    stays: bool,
     context: &'a StepContext<'a>,
 }
 
@@ -219,6 +231,12 @@ impl Lanes<'_, '_> {
     fn task(&mut self, task: Task, phase: &Phase) {
         if let Task::Elastic { kind, pass } = task {
             return self.solve(kind, pass, phase);
+        }
+        if matches!(task, Task::EndAndBegin { .. })
+            && self.stays
+            && self.end_and_begin(&phase.pieces[0])
+        {
+            return;
         }
         self.store(&phase.pieces[0]);
         let bodies = self.contexts.iter().zip(self.shared);
@@ -249,6 +267,25 @@ impl Lanes<'_, '_> {
             instructions: self.context.instructions,
         };
         context.kernels.solve_copies(kind, work);
+    }
+
+    /// Ends a substep and begins the next in lanes, if all copies are there and finite; returns
+    /// whether it has done so.
+    fn end_and_begin(&mut self, piece: &Piece) -> bool {
+        let Some(context) = self.contexts.iter().flatten().next() else {
+            return false;
+        };
+        if !self.are_loaded || !context.end_and_begin(&mut self.columns.copies) {
+            return false;
+        }
+        self.have_moved = true;
+        for (shared, result) in self.shared.iter().zip(&*self.results) {
+            if let (Some(shared), Ok(())) = (shared, result) {
+                // SAFETY: the bodies are borrowed, and this thread has them alone.
+                unsafe { shared.states.begin(&piece.particles) };
+            }
+        }
+        true
     }
 
     /// Gives the bodies that have not failed their multipliers.
@@ -290,7 +327,8 @@ impl Lanes<'_, '_> {
             // SAFETY: the parts are dropped before others are requested.
             let parts = unsafe { self.parts(piece) };
             if parts.iter().any(Option::is_some) {
-                copies.load(&parts, self.count, damped, self.context.instructions);
+                let carried = damped || self.stays;
+                copies.load(&parts, self.count, carried, self.context.instructions);
                 self.are_loaded = true;
             }
             self.columns.copies = copies;
@@ -299,10 +337,11 @@ impl Lanes<'_, '_> {
 
     fn store(&mut self, piece: &Piece) {
         if take(&mut self.are_loaded) {
+            let moved = take(&mut self.have_moved);
             // SAFETY: the parts are dropped before others are requested.
             let mut parts = unsafe { self.parts(piece) };
             let copies = &self.columns.copies;
-            copies.store(&mut parts, self.context.instructions);
+            copies.store(&mut parts, moved, self.context.instructions);
         }
     }
 }

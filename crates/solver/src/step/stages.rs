@@ -16,13 +16,12 @@
 //! Pinned particles (inverse mass 0) are bitwise unaffected, unless a [grab](crate::Grab) moves
 //! them; they have no velocity.
 //! Sources: Müller and others, *Position Based Dynamics* (2007), algorithm 1; Macklin and others,
-//! *Small Steps in Physics Simulation* (2019), algorithm 1; Knuth, *The Art of Computer
-//! Programming* 2, theorem 4.2.2C (the rounding error of a sum is representable, and found by two
-//! subtractions: Dekker 1971).
+//! *Small Steps in Physics Simulation* (2019), algorithm 1.
 
 pub use crate::particles::Part;
 
 use crate::{
+    kernel::arithmetic::{self, exact_sum},
     lanes::{Instructions, Lanes, SimdWork},
     particles::first_not_finite,
 };
@@ -112,14 +111,12 @@ impl<const END: bool, const BEGIN: bool> SimdWork for Pass<'_, END, BEGIN> {
             }
             let (mut moved, mut carried) = (pair(simd, u), pair(simd, c));
             if END {
-                let (position, error) = exact_sum(pair(simd, p), moved);
+                let position;
+                [position, moved, carried] = arithmetic::end([pair(simd, p), moved, carried]);
                 *p = unpair(simd, position);
-                let (next, lost) = exact_sum(moved, error - carried);
-                (moved, carried) = (next, error - lost);
             }
             if BEGIN {
-                let (next, lost) = exact_sum(moved, push_pair);
-                (moved, carried) = (next, carried - lost);
+                [moved, carried] = arithmetic::begin([moved, carried], push_pair);
             }
             *u = unpair(simd, moved);
             *c = unpair(simd, carried);
@@ -144,26 +141,13 @@ fn one<const END: bool, const BEGIN: bool>(p: &mut Vec4, u: &mut Vec4, c: &mut V
         *u = *c;
         return;
     }
+    // The inverse mass in w does not change, because w of the others is 0.
     if END {
-        let (position, error) = exact_sum(*p, *u);
-        let (next, lost) = exact_sum(*u, error - *c);
-        (*p, *u, *c) = (position, next, error - lost);
+        [*p, *u, *c] = arithmetic::end([*p, *u, *c]);
     }
     if BEGIN {
-        let (next, lost) = exact_sum(*u, push);
-        (*u, *c) = (next, *c - lost);
+        [*u, *c] = arithmetic::begin([*u, *c], push);
     }
-}
-
-/// a + b rounded, and the rounding error: their sum is exact where ‖a‖ ≥ ‖b‖, and within half an
-/// ulp of b elsewhere. The inverse mass in w of `a` does not change, because w of `b` is 0.
-#[inline(always)]
-fn exact_sum<T>(a: T, b: T) -> (T, T)
-where
-    T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T>,
-{
-    let sum = a + b;
-    (sum, b - (sum - a))
 }
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! Contacts of grains in blocks of eight that share no grain, one per lane.
 
 use crate::{
-    kernel::block::{Arithmetic, cross, dot},
+    kernel::arithmetic::{Arithmetic, cross, dot},
     lanes::{Floats, Lanes, SimdWork, Vectors, WIDTH},
 };
 use fearless_simd::{f32x4, prelude::*};
