@@ -496,8 +496,9 @@ impl Bodies<'_, '_> {
         };
         let are_copies =
             |a: &Job, b: &Job| on_copies.is_some() && a.is_copy_of(b, context.settings);
-        let size =
-            |first: &Job, copies, threads| copies::group_size(&first.body.0, copies, threads);
+        let size = |first: &Job, copies, threads| {
+            copies::group_size(&first.body.0, copies, threads, context.instructions)
+        };
         self.threads.for_each_group(
             alone,
             (are_copies, size),

@@ -13,7 +13,7 @@
 )]
 
 use super::{
-    arithmetic::{self, exact_sum},
+    arithmetic,
     block::{Block, Blocks, Projected},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors},
 };
@@ -120,7 +120,8 @@ impl Copies {
 
     /// The last stage of a substep of `h` seconds and the first of the next, with gravity [m/s²], as
     /// [`stages::end_and_begin`](crate::step::stages::end_and_begin). Returns whether all
-    /// displacements and velocities are finite; otherwise nothing has moved.
+    /// displacements and velocities are finite; otherwise nothing has moved. Pins must not have been
+    /// moved by a grab.
     ///
     /// # Panics
     /// Unless carries were read.
@@ -298,16 +299,10 @@ impl SimdWork for EndAndBegin<'_> {
                 *state = [position, moved, carried];
             }
             if pinned.any_true() {
-                let [x, y, z] = before.map(|[_, u, c]| u.simd_eq(c));
-                // A grab has moved a pin.
-                let moved = !(x & y & z);
-                for (after, [p, u, c]) in after.iter_mut().zip(before) {
-                    let (position, error) = exact_sum(p, u);
-                    let carried = moved.select(error, c);
-                    let still = [moved.select(position, p), carried, carried];
-                    for (after, still) in after.iter_mut().zip(still) {
-                        *after = pinned.select(still, *after);
-                    }
+                for ([position, moved, carried], [p, _, c]) in after.iter_mut().zip(before) {
+                    *position = pinned.select(p, *position);
+                    *moved = pinned.select(c, *moved);
+                    *carried = pinned.select(c, *carried);
                 }
             }
             for (axis, [p, u, c]) in after.into_iter().enumerate() {

@@ -75,17 +75,19 @@ pub fn group_size(
     best.1
 }
 
-/// Time of a tick of copies side by side, whether all lanes have one or not, as a multiple
-/// of that of one alone. Measured on an AMD EPYC: 4.6 for a bunny of 332 particles, 3.5 for a cube of
-/// 125, 1.5 for one of 27, whose colors do not fill the lanes when it is alone.
+/// Time of a tick of copies side by side, whether all lanes have one or not, as a multiple of that of
+/// one alone. Measured on an AMD EPYC, in eight and sixteen lanes: 3.9 and 5.6 for a bunny of 332
+/// particles, 3.0 and 4.4 for a cube of 125, 1.4 and 2.0 for one of 27, whose colors do not fill the
+/// lanes when it is alone, 4.1 and 6.4 for a sheet of 441.
 fn cost(topology: &Topology, lanes: usize) -> f32 {
-    const FULL: f32 = 4.4;
-    const OTHER: f32 = 0.5;
-    let wide = if lanes > WIDTH { 1.2 } else { 1.0 };
+    const FULL: f32 = 3.7;
+    const OTHER: f32 = 0.6;
+    const WIDE: f32 = 1.5;
     let (edges, tetrahedra) = (&topology.edges.elements, &topology.tetrahedra.elements);
     let constraints = edges.corners().len() + tetrahedra.corners().len();
-    let all = WIDTH * (edges.blocks() + tetrahedra.blocks());
-    wide * (OTHER + FULL * constraints as f32 / all.max(1) as f32)
+    let alone = WIDTH * (edges.blocks() + tetrahedra.blocks());
+    let cost = OTHER + FULL * constraints as f32 / alone.max(1) as f32;
+    if lanes > WIDTH { cost * WIDE } else { cost }
 }
 
 /// Performs some substeps of a tick for up to [`MAX_WIDTH`] bodies, each of which is [a
