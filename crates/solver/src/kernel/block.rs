@@ -407,38 +407,35 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWo
     }
 }
 
-/// Constraints of one color, without those of full blocks, as a block that is padded; `first` is the
-/// number of the first.
+/// Particles of the constraints of a block, the last one repeated in unused lanes.
 #[inline(always)]
-fn padded<const N: usize>(first: usize, rest: &[[Corner; N]], solve: impl FnOnce(&Block<N>)) {
-    if let Some(last) = rest.last() {
-        let mut corners = [*last; MAX_WIDTH];
-        corners[..rest.len()].copy_from_slice(rest);
-        solve(&Block {
-            corners: &corners,
-            first,
-            lanes: rest.len(),
-        });
-    }
+fn padded<const N: usize>(constraints: &[[Corner; N]]) -> [[Corner; N]; MAX_WIDTH] {
+    let mut corners = [constraints[constraints.len() - 1]; MAX_WIDTH];
+    corners[..constraints.len()].copy_from_slice(constraints);
+    corners
 }
 
-/// Constraints of one color block by block.
+/// Constraints of one color block by block; `first` is the number of the first.
 #[inline(always)]
 fn blocks<L: Lanes, const N: usize>(
-    (mut first, group): (usize, &[[Corner; N]]),
+    (first, group): (usize, &[[Corner; N]]),
     mut solve: impl FnMut(&Block<N>),
 ) {
-    let full = group.chunks_exact(L::LANES);
-    let rest = full.remainder();
-    for corners in full {
+    let firsts = (first..).step_by(L::LANES);
+    for (first, constraints) in firsts.zip(group.chunks(L::LANES)) {
+        let last;
+        let corners = if constraints.len() == L::LANES {
+            constraints
+        } else {
+            last = padded(constraints);
+            &last
+        };
         solve(&Block {
             corners,
             first,
-            lanes: L::LANES,
+            lanes: constraints.len(),
         });
-        first += L::LANES;
     }
-    padded(first, rest, solve);
 }
 
 impl<B, const N: usize> Pass<'_, B, N> {
@@ -467,15 +464,16 @@ impl<B, const N: usize> Pass<'_, B, N> {
             if let Some((corners, moves)) = before {
                 self.scatter(simd, corners, moves, L::LANES);
             }
-            padded(
-                first,
-                rest,
-                #[inline(always)]
-                |block| {
-                    let moves = project(block);
-                    self.scatter(simd, block.corners, moves, block.lanes);
-                },
-            );
+            if !rest.is_empty() {
+                let corners = &padded(rest);
+                let lanes = rest.len();
+                let moves = project(&Block {
+                    corners,
+                    first,
+                    lanes,
+                });
+                self.scatter(simd, corners, moves, lanes);
+            }
         }
     }
 

@@ -481,14 +481,14 @@ impl Columns {
         shape[0][3] = particle(0, 3);
         for corner in 1..N {
             for axis in 0..3 {
-                let moved = particle(corner, 4 + axis) - particle(0, 4 + axis);
+                let moved = particle(corner, CARRIED + axis) - particle(0, CARRIED + axis);
                 shape[corner][axis] = (particle(corner, axis) - particle(0, axis)) + moved;
                 motion[corner][axis] = moved;
             }
             shape[corner][3] = particle(corner, 3);
             if damped {
-                for axis in 0..3 {
-                    motion[corner][axis] -= carry(corner, axis) - carry(0, axis);
+                for (axis, motion) in motion[corner].iter_mut().enumerate() {
+                    *motion -= carry(corner, axis) - carry(0, axis);
                 }
             }
         }
@@ -507,11 +507,11 @@ impl Columns {
         moves: [Vectors<L>; N],
     ) {
         for (&corner, by) in corners.iter().zip(moves) {
-            for axis in 0..3 {
+            for (axis, by) in by.into_iter().enumerate() {
                 // SAFETY: the caller's promise.
                 unsafe {
-                    let place = place::<L, COMPONENTS>(self.particles, corner, 4 + axis);
-                    let moved = simd.load(std::slice::from_raw_parts(place, L::LANES)) + by[axis];
+                    let place = place::<L, COMPONENTS>(self.particles, corner, CARRIED + axis);
+                    let moved = simd.load(std::slice::from_raw_parts(place, L::LANES)) + by;
                     moved.store_slice(std::slice::from_raw_parts_mut(place.cast_mut(), L::LANES));
                 }
             }
