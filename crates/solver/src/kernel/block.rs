@@ -26,7 +26,7 @@ use crate::{
 use fearless_simd::prelude::*;
 use glam::Vec4;
 
-/// Constraints on `N` particles each, with `M` equations each, that are projected eight at a time.
+/// Constraints on `N` particles each, with `M` equations each, that are projected in lanes.
 pub trait Blocks<const N: usize, const M: usize>: Sync {
     /// Whether there are separate instances for iterations without stored multipliers, without
     /// damping, and for full blocks: about 10 % faster, with eight times the code.
@@ -76,8 +76,8 @@ impl<L: Lanes, const N: usize, const M: usize> Projected<L, N, M> {
     }
 }
 
-/// Up to eight constraints that share no particle, or one constraint of up to eight copies of a
-/// body. Unused lanes repeat the last one.
+/// Constraints that share no particle, one per lane, or one constraint of copies of a body. Unused
+/// lanes repeat the last one.
 #[derive(Debug)]
 pub struct Block<'a, const N: usize> {
     corners: &'a [[Corner; N]],
@@ -609,7 +609,7 @@ fn store_rows<L: Lanes, const M: usize>(
     }
 }
 
-/// Equations of eight elements.
+/// Equations of an element in each lane.
 pub(crate) struct LaneRow<L: Lanes, const N: usize> {
     /// C.
     pub error: Floats<L>,

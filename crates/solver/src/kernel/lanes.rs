@@ -1,8 +1,8 @@
-//! SIMD lanes for eight constraints: gather particles into columns, and scatter them back.
+//! SIMD lanes for constraints: gather particles into columns, and scatter them back.
 //!
-//! A block of [`WIDTH`] constraints that share no particle is solved together, one per lane. The
-//! width is the same on every machine, so that the order of operations on each particle is too:
-//! with narrower registers, one operation becomes two or eight, with the same bits.
+//! A block of [`WIDTH`] constraints that share no particle is solved together, one per lane: with
+//! narrower registers, one operation becomes two or eight. [`MAX_WIDTH`] lanes are used for copies of
+//! a body. The number of lanes changes no bit, because constraints in different lanes share nothing.
 //!
 //! Gathering and scattering do not check indices: the caller has done so once for all blocks of a
 //! batch.
@@ -20,11 +20,10 @@ use fearless_simd::{Avx2, Avx512, f32x16};
 use fearless_simd::{Level, f32x4, f32x8, prelude::*};
 use glam::Vec4;
 
-/// Number of constraints of a color that are solved together, unless lanes are
-/// [wide](MAX_WIDTH).
+/// Number of constraints of a color that are solved together.
 pub const WIDTH: usize = 8;
 
-/// Largest number of lanes: of AVX-512.
+/// Largest number of lanes: that of AVX-512.
 pub const MAX_WIDTH: usize = 16;
 
 /// An instruction set for which kernels are compiled, with [`WIDTH`] or [`MAX_WIDTH`] lanes.
@@ -282,6 +281,9 @@ pub struct Gathered<L: Lanes, const N: usize> {
 
 /// Reads the particles of a block, and their motion if `MOVED`.
 ///
+/// # Panics
+/// If there are fewer corners than lanes.
+///
 /// # Safety
 /// All particles that `corners` names can be read from the origins, which are the addresses that
 /// particle 0 has or would have.
@@ -348,6 +350,9 @@ pub unsafe fn gather<L: Lanes, const N: usize, const MOVED: bool>(
 
 /// Adds to the elements of the corners of the first `lanes` constraints of a block, and `count` to
 /// w of each.
+///
+/// # Panics
+/// If there are fewer corners than lanes.
 ///
 /// # Safety
 /// All elements that `corners` names can be read and written at `origin`, which is the address that
