@@ -284,8 +284,10 @@ fn groups_are_as_large_as_pays() {
         assert_eq!(size(1, 1), 1);
         assert_eq!(size(8, 1), 8);
         assert_eq!(size(16, 1), if is_wide { 16 } else { 8 });
-        // Seven groups of sixteen would leave a thread idle while the last is stepped.
-        assert_eq!(size(100, 2), if is_wide { 13 } else { 8 });
+        // Three groups for each thread, and four copies that are left.
+        assert_eq!(size(100, 2), if is_wide { 16 } else { 8 });
+        // Two full groups and a nearly empty one would take as long as three.
+        assert_eq!(size(18, 2), if is_wide { 9 } else { 5 });
         assert_eq!(size(8, 8), 1);
     }
 }

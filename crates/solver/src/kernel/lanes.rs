@@ -498,7 +498,11 @@ impl Instructions {
 
     /// Performs work with this instruction set in this number of lanes: [`WIDTH`], or
     /// [`MAX_WIDTH`] where [`widest`](Self::widest) allows it.
+    ///
+    /// # Panics
+    /// If there are not as many.
     pub(crate) fn run_in(self, lanes: usize, work: impl SimdWork) {
+        assert!(lanes <= self.widest(), "{} in {lanes} lanes", self.name());
         #[cfg(target_arch = "x86_64")]
         if lanes > WIDTH
             && let Some(simd) = self.0.as_avx512()

@@ -64,15 +64,32 @@ pub fn group_size(
 ) -> usize {
     let threads = threads.max(1);
     let mut best = (copies.div_ceil(threads) as f32, 1);
-    for lanes in [WIDTH, MAX_WIDTH] {
-        // How many groups each thread steps one after the other.
+    let widths = [WIDTH, MAX_WIDTH].into_iter();
+    for lanes in widths.filter(|&lanes| lanes <= instructions.widest()) {
+        // As many groups for each thread, or full ones and a last one.
         let turns = copies.div_ceil(lanes).div_ceil(threads);
-        let time = turns as f32 * cost(topology, lanes);
-        if lanes <= instructions.widest() && time < best.0 {
-            best = (time, copies.div_ceil(turns * threads).max(2));
+        for size in [copies.div_ceil(turns * threads), lanes] {
+            let (full, last) = (copies / size, copies % size);
+            let mut time = full.div_ceil(threads) as f32 * cost_of_group(topology, size);
+            if full % threads == 0 {
+                time += cost_of_group(topology, last);
+            }
+            if size > 1 && time < best.0 {
+                best = (time, size);
+            }
         }
     }
     best.1
+}
+
+/// Time of a tick of a group of this size, in the lanes that are best for it.
+fn cost_of_group(topology: &Topology, size: usize) -> f32 {
+    cost(topology, lanes_for(size)).min(size as f32)
+}
+
+/// The least number of lanes for a group of this size.
+fn lanes_for(size: usize) -> usize {
+    if size > WIDTH { MAX_WIDTH } else { WIDTH }
 }
 
 /// Time of a tick of copies side by side, whether all lanes have one or not, as a multiple of that of
@@ -82,7 +99,7 @@ pub fn group_size(
 fn cost(topology: &Topology, lanes: usize) -> f32 {
     const FULL: f32 = 3.7;
     const OTHER: f32 = 0.6;
-    const WIDE: f32 = 1.5;
+    const WIDE: f32 = 1.4;
     let (edges, tetrahedra) = (&topology.edges.elements, &topology.tetrahedra.elements);
     let constraints = edges.corners().len() + tetrahedra.corners().len();
     let alone = WIDTH * (edges.blocks() + tetrahedra.blocks());
@@ -100,24 +117,22 @@ pub fn advance<'a>(
 ) -> [Result<(), NotFinite>; MAX_WIDTH] {
     let mut bodies: [Option<Stepper>; MAX_WIDTH] = array::from_fn(|_| bodies.next());
     let mut results = [Ok(()); MAX_WIDTH];
-    let mut count = 0_usize;
-    let mut costs = [0.0; 2];
+    let mut count = 0;
+    let mut topology = None;
     for (place, result) in bodies.iter_mut().zip(&mut results) {
         if let Some(body) = place {
             if body.start(substeps, context) {
                 count += 1;
-                costs = [WIDTH, MAX_WIDTH].map(|lanes| cost(body.topology, lanes));
+                topology = Some(Arc::clone(body.topology));
             } else {
                 *result = body.advance_one_by_one(substeps.clone(), context);
                 *place = None;
             }
         }
     }
-    let (lanes, cost) = match count > WIDTH {
-        true => (MAX_WIDTH, costs[1]),
-        false => (WIDTH, costs[0]),
-    };
-    if count as f32 > cost {
+    let lanes = lanes_for(count);
+    let pays = topology.is_some_and(|it| cost(&it, lanes) < count as f32);
+    if pays && lanes <= context.instructions.widest() {
         advance_lanes(&mut bodies, &mut results, lanes, substeps, context);
     } else {
         for (body, result) in bodies.iter_mut().zip(&mut results) {
