@@ -162,6 +162,33 @@ fn a_copy_that_diverges_leaves_the_others_as_they_are() {
     }
 }
 
+/// Copies under repair take no lane, wherever they are in a group, even if the others then fit into
+/// fewer lanes.
+#[test]
+fn copies_under_repair_leave_no_gap() {
+    let in_the_air = Effects {
+        ground: None,
+        ..elastic_on_ground()
+    };
+    for effects in [elastic_on_ground(), in_the_air] {
+        let original = with(body("cube", cube(0.4, 2), 1000.0), effects);
+        let first: Vec<usize> = (0..8).collect();
+        for (count, squashed) in [(9, &[4][..]), (15, &first), (12, &[0, 3, 5, 6, 7, 9])] {
+            let mut bodies = copies(&original, squashed);
+            bodies.truncate(count);
+            for iterations in [1, 2] {
+                let world = world(settings(9.81, 60.0, 4, iterations), bodies.clone());
+                assert_equal(&format!("{count} copies"), &world, 4);
+                let mut all = world.clone();
+                all.tick();
+                let repaired = |it: &Body| !it.particles.repair.is_empty();
+                assert!(all.bodies.iter().any(repaired), "some are repaired");
+                deterministic(world, 4);
+            }
+        }
+    }
+}
+
 /// It is not torn where it is put back, in a group as alone.
 #[test]
 fn a_copy_that_diverges_is_not_torn() {
@@ -281,13 +308,14 @@ fn groups_are_as_large_as_pays() {
     for instructions in Instructions::all() {
         let size = |copies, threads| group_size(&original.topology, copies, threads, instructions);
         let is_wide = instructions.name() == "AVX-512";
+        assert_eq!(size(0, 0), 1);
         assert_eq!(size(1, 1), 1);
         assert_eq!(size(8, 1), 8);
         assert_eq!(size(16, 1), if is_wide { 16 } else { 8 });
         // Three groups for each thread, and four copies that are left.
         assert_eq!(size(100, 2), if is_wide { 16 } else { 8 });
-        // Two full groups and a nearly empty one would take as long as three.
-        assert_eq!(size(18, 2), if is_wide { 9 } else { 5 });
+        // One group for each thread.
+        assert_eq!(size(18, 2), if is_wide { 9 } else { 8 });
         assert_eq!(size(8, 8), 1);
     }
 }

@@ -2,7 +2,7 @@
 //! several equations and a compliance.
 //!
 //! An effect implements its equations twice: as [rows](Elastic::rows) in `f64`, for the reference
-//! and for diagnostics, and as a [kernel](Elastic::kernel) for eight elements at once. Tests
+//! and for diagnostics, and as a [kernel](Elastic::kernel) for several elements at once. Tests
 //! compare the two.
 //!
 //! # Adding one

@@ -15,7 +15,7 @@
 use super::{
     arithmetic,
     block::{Block, Blocks, Projected},
-    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors},
+    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors, WIDTH},
 };
 use crate::{
     particles::Part,
@@ -24,10 +24,10 @@ use crate::{
 use fearless_simd::{f32x4, prelude::*};
 use glam::{Vec3, Vec4};
 
-/// Particles of up to [`MAX_WIDTH`] copies of a body during a substep.
+/// Particles of up to [`MAX_WIDTH`] copies of a body during a substep or some of them.
 #[derive(Debug, Default)]
 pub struct Copies {
-    /// Number of lanes.
+    /// Number of lanes, [`WIDTH`] or [`MAX_WIDTH`]; 0 before the first copies.
     lanes: usize,
     /// Positions p [m] with inverse masses in w, and displacements u [m] with 0 in w, particle by
     /// particle: x, y, z and w of p, then of u, each in all lanes.
@@ -56,7 +56,8 @@ impl Copies {
     /// another.
     ///
     /// # Panics
-    /// If there is no copy, or they have different numbers of particles.
+    /// Unless there are [`WIDTH`] or [`MAX_WIDTH`] lanes; if there is no copy, or they have different
+    /// numbers of particles.
     pub(crate) fn load(
         &mut self,
         copies: &[Option<Part>; MAX_WIDTH],
@@ -64,6 +65,7 @@ impl Copies {
         carried: bool,
         instructions: Instructions,
     ) {
+        assert!(lanes == WIDTH || lanes == MAX_WIDTH, "{lanes} lanes");
         let any = copies.iter().flatten().next().expect("a copy");
         let count = any.positions.len();
         let lines = |components: usize| count * components * lanes / MAX_WIDTH;
@@ -458,8 +460,8 @@ impl Columns {
     /// `damped`: by the operations of [`lanes::gather`](super::lanes::gather).
     ///
     /// # Safety
-    /// The corners are particles that can be read, with carries if `damped`, in as many lanes as `L`
-    /// has.
+    /// The corners are particles that can be read, with carries if `damped`, and the copies have as
+    /// many lanes as `L`.
     #[inline(always)]
     unsafe fn gather<L: Lanes, const N: usize>(
         self,
@@ -498,7 +500,7 @@ impl Columns {
     /// Adds corrections to the displacements of the corners of a constraint.
     ///
     /// # Safety
-    /// The corners are particles that can be written, in as many lanes as `L` has.
+    /// The corners are particles that can be written, and the copies have as many lanes as `L`.
     #[inline(always)]
     unsafe fn add<L: Lanes, const N: usize>(
         self,

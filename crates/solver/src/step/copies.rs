@@ -1,5 +1,6 @@
-//! Steps copies of a body side by side: one per lane where constraints are solved, one after the
-//! other in all other tasks. Results are those of each body alone, bit by bit.
+//! Steps copies of a body side by side: one per lane where constraints are solved and, if nothing else
+//! acts, where a substep ends and the next begins; one after the other in all other tasks. Results are
+//! those of each body alone, bit by bit.
 
 #![allow(unsafe_code, reason = "tasks borrow the bodies as pieces")]
 
@@ -62,7 +63,7 @@ pub fn group_size(
     threads: usize,
     instructions: Instructions,
 ) -> usize {
-    let threads = threads.max(1);
+    let (copies, threads) = (copies.max(1), threads.max(1));
     let mut best = (copies.div_ceil(threads) as f32, 1);
     let widths = [WIDTH, MAX_WIDTH].into_iter();
     for lanes in widths.filter(|&lanes| lanes <= instructions.widest()) {
@@ -109,42 +110,46 @@ fn cost(topology: &Topology, lanes: usize) -> f32 {
 
 /// Performs some substeps of a tick for up to [`MAX_WIDTH`] bodies, each of which is [a
 /// copy](Candidate::is_copy_of) of the one before. All must have been [prepared](Stepper::prepare) in
-/// the same way. Those beyond are not stepped.
+/// the same way. Those beyond are not stepped. More than [`WIDTH`] are stepped side by side only where
+/// the instruction set has as many lanes.
 pub fn advance<'a>(
-    mut bodies: impl Iterator<Item = Stepper<'a>>,
+    bodies: impl Iterator<Item = Stepper<'a>>,
     substeps: &Range<u32>,
     context: &StepContext,
 ) -> [Result<(), NotFinite>; MAX_WIDTH] {
-    let mut bodies: [Option<Stepper>; MAX_WIDTH] = array::from_fn(|_| bodies.next());
     let mut results = [Ok(()); MAX_WIDTH];
+    // The bodies that take part are in the first lanes.
+    let mut together: [Option<Stepper>; MAX_WIDTH] = [const { None }; MAX_WIDTH];
+    let mut numbers = [0; MAX_WIDTH];
     let mut count = 0;
-    let mut topology = None;
-    for (place, result) in bodies.iter_mut().zip(&mut results) {
-        if let Some(body) = place {
-            if body.start(substeps, context) {
-                count += 1;
-                topology = Some(Arc::clone(body.topology));
-            } else {
-                *result = body.advance_one_by_one(substeps.clone(), context);
-                *place = None;
-            }
+    for (number, mut body) in bodies.take(MAX_WIDTH).enumerate() {
+        if body.start(substeps, context) {
+            together[count] = Some(body);
+            numbers[count] = number;
+            count += 1;
+        } else {
+            results[number] = body.advance_one_by_one(substeps.clone(), context);
         }
     }
     let lanes = lanes_for(count);
-    let pays = topology.is_some_and(|it| cost(&it, lanes) < count as f32);
+    let first = together[0].as_ref();
+    let pays = first.is_some_and(|body| cost(body.topology, lanes) < count as f32);
+    let mut done = [Ok(()); MAX_WIDTH];
     if pays && lanes <= context.instructions.widest() {
-        advance_lanes(&mut bodies, &mut results, lanes, substeps, context);
+        advance_lanes(&mut together, &mut done, lanes, substeps, context);
     } else {
-        for (body, result) in bodies.iter_mut().zip(&mut results) {
-            if let Some(body) = body {
-                *result = body.advance_together(substeps.clone(), context);
-            }
+        for (body, result) in together.iter_mut().flatten().zip(&mut done) {
+            *result = body.advance_together(substeps.clone(), context);
         }
+    }
+    for (number, result) in numbers.into_iter().zip(done).take(count) {
+        results[number] = result;
     }
     results
 }
 
-/// Performs substeps in which nothing happens between substeps.
+/// Performs substeps in which nothing happens between substeps, for bodies that fit into the first
+/// `lanes` places.
 fn advance_lanes(
     bodies: &mut [Option<Stepper>; MAX_WIDTH],
     results: &mut [Result<(), NotFinite>; MAX_WIDTH],
@@ -176,15 +181,15 @@ fn advance_lanes(
         .each_mut()
         .map(|body| body.as_mut().map(SharedBody::new));
     let tasks = tasks(&shape, (&effects, false), substeps, context);
-    let stays = tasks.clone().all(|(task, _)| {
-        matches!(
+    let is_in_between = |(task, _)| matches!(task, Task::EndAndBegin { .. });
+    let others_act = |(task, _)| {
+        !matches!(
             task,
             Task::Elastic { .. } | Task::Begin | Task::EndAndBegin { .. } | Task::End { .. }
         )
-    });
+    };
+    let stays = tasks.clone().any(is_in_between) && !tasks.clone().any(others_act);
     let mut work = Lanes {
-        stays,
-        have_moved: false,
         count: lanes,
         contexts: &contexts,
         shared: &shared,
@@ -192,6 +197,8 @@ fn advance_lanes(
         columns,
         stored: [false; ElasticKind::COUNT],
         are_loaded: false,
+        have_moved: false,
+        stays,
         context,
     };
     for phase in Phases::new(tasks, &shape.partitions) {
@@ -273,6 +280,9 @@ impl Lanes<'_, '_> {
         };
         let piece = &phase.pieces[0];
         self.load(piece, context.kernels.are_damped());
+        if !self.are_loaded {
+            return;
+        }
         let (_, count, is_last) = pass;
         self.stored[kind as usize] |= count > 1 || is_last;
         let work = CopiesPass {
@@ -286,7 +296,7 @@ impl Lanes<'_, '_> {
         context.kernels.solve_copies(kind, work);
     }
 
-    /// Ends a substep and begins the next in lanes, if all copies are there and finite; returns
+    /// Ends a substep and begins the next in lanes, if the copies are loaded and finite; returns
     /// whether it has done so.
     fn end_and_begin(&mut self, piece: &Piece) -> bool {
         let Some(context) = self.contexts.iter().flatten().next() else {
