@@ -104,19 +104,14 @@ impl Copies {
             same.map(|it| it.positions.len()).all(|own| own == count),
             "copies have {count} particles"
         );
-        let into = copies.each_mut();
-        let into = into.map(|copy| copy.as_mut().map(|it| &mut *it.displacements));
-        let from = (displacements, particle);
-        instructions.run_in(self.lanes, Store { from, into });
+        let mut write = |from, column: for<'a> fn(&'a mut Part<'_>) -> &'a mut [Vec4]| {
+            let into = copies.each_mut().map(|copy| copy.as_mut().map(column));
+            instructions.run_in(self.lanes, Store { from, into });
+        };
+        write((displacements, particle), |it| it.displacements);
         if moved {
-            let into = copies.each_mut();
-            let into = into.map(|copy| copy.as_mut().map(|it| &mut *it.positions));
-            let from = (particles, particle);
-            instructions.run_in(self.lanes, Store { from, into });
-            let into = copies.each_mut();
-            let into = into.map(|copy| copy.as_mut().map(|it| &mut *it.carry));
-            let from = (carry, carried);
-            instructions.run_in(self.lanes, Store { from, into });
+            write((particles, particle), |it| it.positions);
+            write((carry, carried), |it| it.carry);
         }
     }
 
