@@ -81,8 +81,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 18 stores groups of vertices.
-const VERSION: u32 = 18;
+/// Other versions are not read. Version 19 has rest values that flow in the order of patterns.
+const VERSION: u32 = 19;
 const HEAD: usize = 28;
 
 impl Snapshot {

@@ -147,6 +147,7 @@ mod solver_stages;
 mod solver_stitches;
 mod solver_strain_limit;
 mod solver_stretch;
+mod solver_strips;
 mod solver_struts;
 mod solver_surface_forces;
 mod solver_tangles;

@@ -31,7 +31,7 @@ fn order<const N: usize>(
     particles: usize,
     odd_first: bool,
 ) -> (Partitions, Elements<N>, Vec<u32>) {
-    let partitions = Partitions::cut(particles, reaches(constraints));
+    let partitions = Partitions::cut(particles, reaches(constraints), None);
     let (elements, stored) = Elements::new(
         constraints,
         &partitions,

@@ -201,6 +201,63 @@ fn copies_of_a_body() {
     assert!(columns >= 8 * 256, "they are in lanes: {columns} bytes");
 }
 
+/// Of one partition and of several, where particles stay in lanes and where they do not, and one that
+/// diverges.
+#[test]
+fn strips_of_a_grid() {
+    let damping = Damping::new(0.01).expect("positive");
+    let in_the_air = Effects {
+        stretch: Some(Stretch {
+            damping,
+            ..Stretch::default()
+        }),
+        membrane: Some(Membrane::default()),
+        ..Effects::default()
+    };
+    let on_the_ground = Effects {
+        ground: Some(Ground::default()),
+        ..in_the_air
+    };
+    for cells in [UVec2::new(6, 6), UVec2::new(31, 15)] {
+        for (effects, iterations) in [(in_the_air, 1), (on_the_ground, 2)] {
+            let mut body = body(sheet(cells), effects);
+            assert!(body.topology.partitions.strips().is_some(), "it is a grid");
+            let rows = body.topology.particles() * 4 * size_of::<f32>();
+            let mut here = world(vec![body.clone()], [2, iterations]);
+            let before = here.bodies[0].states.bytes();
+            here.tick();
+            assert_finite(&here);
+            let columns = here.bodies[0].states.bytes() - before;
+            assert!(columns >= rows, "they are in lanes: {columns} bytes");
+            assert_same_on_two_threads(&here);
+            body.particles.set_velocity(3, Vec3::Y * 3e38);
+            here.bodies = vec![body];
+            here.tick();
+            assert!(here.bodies[0].quarantine.is_some(), "it diverges");
+        }
+    }
+}
+
+/// Strips of another grid of as many particles.
+#[test]
+fn constraints_of_other_strips_are_refused() {
+    let [wide, long] = [UVec2::new(11, 5), UVec2::new(5, 11)].map(|cells| {
+        let effects = Effects {
+            stretch: Some(Stretch::default()),
+            ..Effects::default()
+        };
+        body(sheet(cells), effects)
+    });
+    let strips = [&wide, &long].map(|it| it.topology.partitions.strips());
+    assert!(strips[0].is_some() && strips[0] != strips[1], "{strips:?}");
+    let mut mixed = wide.clone();
+    let topology = Arc::make_mut(&mut mixed.topology);
+    topology.partitions = Arc::clone(&long.topology.partitions);
+    let mut mixed = world(vec![mixed], [2, 1]);
+    let result = catch_unwind(AssertUnwindSafe(|| mixed.tick()));
+    assert!(result.is_err() || strips[1].is_none(), "it is refused");
+}
+
 /// What has a state of the whole body, or of each particle, and passes that add up sums.
 #[test]
 fn effects_with_a_state() {

@@ -196,9 +196,10 @@ impl<F: Fn([u32; 4]) -> bool> Ask<4> for Folded<F> {
             return false;
         }
         let is_open = is_open.select(simd.number(1.0), simd.number(0.0));
-        let lanes = block.corners().zip(is_open.as_slice());
-        let mut folded = lanes.filter(|&(_, &is_open)| is_open == 0.0);
-        folded.any(|(corners, _)| (self.counts)(corners.map(Corner::particle)))
+        let mut folded = block
+            .constraints::<L>()
+            .filter(|(lane, ..)| is_open[*lane] == 0.0);
+        folded.any(|(.., corners)| (self.counts)(corners.map(Corner::particle)))
     }
 }
 

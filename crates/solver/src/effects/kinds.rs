@@ -35,6 +35,13 @@ macro_rules! of_elastic_effects {
                 }
             }
 
+            /// Number of patterns of its elements on a body in strips.
+            pub(crate) fn patterns(self, topology: &Topology) -> usize {
+                match self {
+                    $(Self::$effect => <crate::$effect as Elastic<$corners, $rows>>::elements(topology).pattern_count(),)*
+                }
+            }
+
             /// Number of multipliers on a body.
             #[must_use]
             pub fn multipliers(self, topology: &Topology) -> usize {

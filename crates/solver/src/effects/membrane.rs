@@ -226,10 +226,9 @@ impl<'a, const ISOTROPIC: bool> Kernel<'a, ISOTROPIC> {
         squares: [Floats<L>; 2],
     ) -> [[Floats<L>; 3]; 2] {
         let mut images = images;
-        for (lane, corners) in (0..L::LANES).zip(block.corners()) {
+        for (lane, index, corners) in block.constraints::<L>() {
             let x = corners.map(|corner| self.rest[corner.particle() as usize]);
             let (a, b) = (x[1] - x[0], x[2] - x[0]);
-            let index = block.first + lane.min(block.lanes - 1);
             for (k, image) in images.iter_mut().enumerate() {
                 if squares[k][lane] < VANISHED {
                     let (to_a, to_b) = (

@@ -21,8 +21,8 @@ pub struct EffectStates {
     /// motion.
     pub records_contacts: bool,
     pub(crate) recorded: Recorded,
-    /// Workspace of the first of a group of [copies](crate::copies).
-    pub(crate) copies: Workspace,
+    /// Workspace of a body that is stepped in lanes.
+    pub(crate) workspace: Workspace,
     /// Limits of tearing.
     pub(crate) tear: Option<Box<TearState>>,
     /// States of effects without elements.
@@ -121,7 +121,7 @@ impl EffectStates {
             .sum::<usize>()
             + size_of_val(&self.sums[..])
             + self.recorded.bytes()
-            + self.copies.bytes()
+            + self.workspace.bytes()
             + self.tear.as_deref().map_or(0, TearState::bytes)
             + self.others.bytes()
     }

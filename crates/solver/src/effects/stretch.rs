@@ -293,7 +293,7 @@ impl Kernel<'_> {
         length: Floats<L>,
     ) -> ([Floats<L>; 3], Floats<L>) {
         let (mut d, mut length) = (d, length);
-        for (lane, ends) in (0..L::LANES).zip(block.corners()) {
+        for (lane, _, ends) in block.constraints::<L>() {
             if length[lane] == 0.0 {
                 let [a, b] = ends.map(|end| self.rest[end.particle() as usize]);
                 let apart = b - a;

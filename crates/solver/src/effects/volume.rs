@@ -300,7 +300,7 @@ impl Kernel<'_> {
         floor: Floats<L>,
     ) -> [[Floats<L>; 3]; 3] {
         let mut gradients = gradients;
-        for (lane, corners) in (0..L::LANES).zip(block.corners()) {
+        for (lane, _, corners) in block.constraints::<L>() {
             if weight[lane] < VANISHED * floor[lane] {
                 let rest = corners.map(|i| self.rest[i.particle() as usize]);
                 let [_, g1, g2, g3] = volume_and_gradients(rest).1;

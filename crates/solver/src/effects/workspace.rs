@@ -1,21 +1,25 @@
-//! Workspace for copies of a body.
+//! Workspace for bodies whose particles are stepped in lanes.
 
 use crate::{
     ElasticKind,
-    kernel::copies::{CopiedMultipliers, Copies},
+    kernel::{
+        copies::{CopiedMultipliers, Copies},
+        strips::StripColumns,
+    },
 };
 
-/// Workspace of a group of copies; that of the first is used, most bodies have none. No part of the
-/// state of a body: copies are empty, and any two are equal.
+/// Workspace of a group of copies, that of the first of them, or of a body in strips; most bodies have
+/// none. No part of the state of a body: copies are empty, and any two are equal.
 #[derive(Debug, Default)]
 pub struct Workspace(Option<Box<Columns>>);
 
-/// Columns for all copies.
+/// Columns in lanes.
 #[derive(Debug, Default)]
 pub struct Columns {
     pub copies: Copies,
-    /// Multipliers of each elastic effect; empty where they are not stored.
+    /// Multipliers of each elastic effect for all copies; empty where they are not stored.
     pub multipliers: [CopiedMultipliers; ElasticKind::COUNT],
+    pub strips: StripColumns,
 }
 
 impl Clone for Workspace {
@@ -42,6 +46,7 @@ impl Workspace {
             let multipliers = columns.multipliers.iter();
             size_of::<Columns>()
                 + columns.copies.bytes()
+                + columns.strips.bytes()
                 + multipliers.map(|it| size_of_val(&it[..])).sum::<usize>()
         })
     }

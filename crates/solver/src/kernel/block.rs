@@ -1,6 +1,7 @@
 //! Blocks of constraints, one per lane: the common frame of all kernels.
 //!
-//! Unsafe code is in this module, in [`lanes`](super::lanes), in [`copies`](super::copies), where
+//! Unsafe code is in this module, in [`lanes`](super::lanes), for copies and strips in
+//! [`columns`](super::columns), [`copies`](super::copies) and [`strips`](super::strips), where
 //! threads access pieces of a body (`step/scope.rs`, `step/shared_body.rs`, `step/copies.rs`) and
 //! where they receive work of the caller (`parallel`);
 //! `tests/memory.rs` runs all of it under Miri. Soundness of this module: an [`Elements`] is
@@ -17,7 +18,7 @@ use crate::effects::multipliers::Multipliers;
 use crate::{
     lanes::{
         Columns, Floats, Gathered, Instructions, Lanes, MAX_WIDTH, Origins, SimdWork, Vectors,
-        gather, scatter_add,
+        gather, scatter_add, set_bits,
     },
     method::Masses,
     order::{Batch, Corner, Elements},
@@ -76,8 +77,8 @@ impl<L: Lanes, const N: usize, const M: usize> Projected<L, N, M> {
     }
 }
 
-/// Constraints that share no particle, one per lane, or one constraint of copies of a body. Unused
-/// lanes repeat the last one.
+/// Constraints that share no particle, one per lane, or one constraint of copies of a body. Lanes
+/// without a constraint have particles and data of others, or any.
 #[derive(Debug)]
 pub struct Block<'a, const N: usize> {
     corners: &'a [[Corner; N]],
@@ -85,9 +86,33 @@ pub struct Block<'a, const N: usize> {
     pub first: usize,
     /// Number of constraints.
     pub lanes: usize,
+    spread: Spread,
+}
+
+/// Lanes of the constraints of a block.
+#[derive(Debug, Clone, Copy)]
+enum Spread {
+    /// The first ones.
+    First,
+    /// All lanes have the only one.
+    Shared,
+    /// Those whose bits are set.
+    Some(u32),
 }
 
 impl<'a, const N: usize> Block<'a, N> {
+    /// Constraints in the first `lanes`; the last one is repeated in the others.
+    #[inline(always)]
+    const fn of_first(corners: &'a [[Corner; N]], first: usize, lanes: usize) -> Self {
+        let spread = Spread::First;
+        Self {
+            corners,
+            first,
+            lanes,
+            spread,
+        }
+    }
+
     /// One constraint of copies of a body, in all lanes.
     #[inline(always)]
     pub(super) fn of_copies(corners: &'a [Corner; N], number: usize) -> Self {
@@ -95,21 +120,45 @@ impl<'a, const N: usize> Block<'a, N> {
             corners: std::slice::from_ref(corners),
             first: number,
             lanes: 1,
+            spread: Spread::Shared,
         }
     }
 
-    /// Particles of the constraint in each lane.
-    pub fn corners(&self) -> impl Iterator<Item = &'a [Corner; N]> {
-        self.corners.iter().cycle().take(MAX_WIDTH)
+    /// Constraints in the lanes whose bits are set.
+    #[inline(always)]
+    pub(super) fn of_some(corners: &'a [[Corner; N]], first: usize, lanes: u32) -> Self {
+        Self {
+            corners,
+            first,
+            lanes: corners.len(),
+            spread: Spread::Some(lanes),
+        }
+    }
+
+    /// The lanes that have a constraint, each with its number and its particles.
+    pub fn constraints<L: Lanes>(&self) -> impl Iterator<Item = (usize, usize, [Corner; N])> {
+        let bits = match self.spread {
+            Spread::First => (1 << self.lanes) - 1,
+            Spread::Shared => (1 << L::LANES) - 1,
+            Spread::Some(lanes) => lanes,
+        };
+        set_bits(bits).enumerate().map(|(place, lane)| {
+            let place = place.min(self.lanes - 1);
+            (lane, self.first + place, self.corners[place])
+        })
     }
 
     /// Entries of a column for each constraint.
     #[inline(always)]
     pub fn column<L: Lanes>(&self, simd: L, column: &[f32]) -> Floats<L> {
-        if self.corners.len() == 1 {
-            return simd.number(column[self.first]);
+        match self.spread {
+            Spread::First => load(simd, &column[self.first..self.first + self.lanes]),
+            Spread::Shared => simd.number(column[self.first]),
+            Spread::Some(_) if self.lanes == L::LANES => {
+                simd.load(&column[self.first..self.first + L::LANES])
+            }
+            Spread::Some(lanes) => simd.expand(&column[self.first..], lanes),
         }
-        load(simd, &column[self.first..self.first + self.lanes])
     }
 }
 
@@ -430,11 +479,7 @@ fn blocks<L: Lanes, const N: usize>(
             last = padded(constraints);
             &last
         };
-        solve(&Block {
-            corners,
-            first,
-            lanes: constraints.len(),
-        });
+        solve(&Block::of_first(corners, first, constraints.len()));
     }
 }
 
@@ -451,11 +496,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
             let rest = full.remainder();
             let mut before = None;
             for corners in full {
-                let moves = project(&Block {
-                    corners,
-                    first,
-                    lanes: L::LANES,
-                });
+                let moves = project(&Block::of_first(corners, first, L::LANES));
                 if let Some((corners, moves)) = before.replace((corners, moves)) {
                     self.scatter(simd, corners, moves, L::LANES);
                 }
@@ -467,11 +508,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
             if !rest.is_empty() {
                 let corners = &padded(rest);
                 let lanes = rest.len();
-                let moves = project(&Block {
-                    corners,
-                    first,
-                    lanes,
-                });
+                let moves = project(&Block::of_first(corners, first, lanes));
                 self.scatter(simd, corners, moves, lanes);
             }
         }

@@ -13,9 +13,9 @@
 )]
 
 use super::{
-    arithmetic,
     block::{Block, Blocks, Projected},
-    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors, WIDTH},
+    columns::{CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
+    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, WIDTH},
 };
 use crate::{
     particles::Part,
@@ -38,17 +38,6 @@ pub struct Copies {
 
 /// Multipliers of an effect for all copies: each in all lanes.
 pub(crate) type CopiedMultipliers = Vec<f32>;
-
-/// A line of a cache: a number in sixteen lanes, or two in eight.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(64))]
-struct Line([f32; MAX_WIDTH]);
-
-/// Components of a particle.
-const COMPONENTS: usize = 8;
-
-/// Components of its carry.
-const CARRIED: usize = 4;
 
 impl Copies {
     /// Reads the particles of the first `lanes` copies, with carries if they are `carried`: for damped
@@ -160,18 +149,6 @@ impl Copies {
     }
 }
 
-/// The numbers of lines.
-fn flat(lines: &[Line]) -> &[f32] {
-    // SAFETY: lines are arrays of numbers without padding.
-    unsafe { std::slice::from_raw_parts(lines.as_ptr().cast(), size_of_val(lines) / 4) }
-}
-
-/// The numbers of lines.
-fn flat_mut(lines: &mut [Line]) -> &mut [f32] {
-    // SAFETY: lines are arrays of numbers without padding.
-    unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr().cast(), size_of_val(lines) / 4) }
-}
-
 /// [`Copies::load`].
 struct Load<'a> {
     from: [[&'a [Vec4]; 3]; MAX_WIDTH],
@@ -263,50 +240,15 @@ struct EndAndBegin<'a> {
 impl SimdWork for EndAndBegin<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let zero = simd.number(0.0);
-        let particles = flat_mut(&mut self.copies.particles);
-        // As in `first_not_finite`.
-        let mut sums = [zero; 3];
-        for particle in particles.chunks_exact(COMPONENTS * L::LANES) {
-            for (axis, sum) in sums.iter_mut().enumerate() {
-                let moved = number(simd, particle, CARRIED + axis);
-                *sum += moved * self.per_second * 0.0;
-            }
-        }
-        let sum = sums[0] + sums[1] + sums[2];
-        if sum.simd_eq(zero).any_false() {
-            return;
-        }
-        *self.is_finite = true;
-        let particles = particles.chunks_exact_mut(COMPONENTS * L::LANES);
-        let carry = flat_mut(&mut self.copies.carry).chunks_exact_mut(CARRIED * L::LANES);
-        for (particle, carry) in particles.zip(carry) {
-            let pinned = number(simd, particle, 3).simd_eq(zero);
-            let before = [0, 1, 2].map(|axis| {
-                [
-                    number(simd, particle, axis),
-                    number(simd, particle, CARRIED + axis),
-                    number(simd, carry, axis),
-                ]
-            });
-            let mut after = before;
-            for (state, push) in after.iter_mut().zip(self.push.to_array()) {
-                let [position, moved, carried] = arithmetic::end(*state);
-                let [moved, carried] = arithmetic::begin([moved, carried], simd.number(push));
-                *state = [position, moved, carried];
-            }
-            if pinned.any_true() {
-                for ([position, moved, carried], [p, _, c]) in after.iter_mut().zip(before) {
-                    *position = pinned.select(p, *position);
-                    *moved = pinned.select(c, *moved);
-                    *carried = pinned.select(c, *carried);
-                }
-            }
-            for (axis, [p, u, c]) in after.into_iter().enumerate() {
-                put::<L>(particle, axis, p);
-                put::<L>(particle, CARRIED + axis, u);
-                put::<L>(carry, axis, c);
-            }
+        let mut rows = Rows {
+            particles: flat_mut(&mut self.copies.particles),
+            carry: flat_mut(&mut self.copies.carry),
+            stride: L::LANES,
+            first: 0,
+        };
+        *self.is_finite = rows.are_finite(simd, self.per_second);
+        if *self.is_finite {
+            rows.end(simd, Some(self.push));
         }
     }
 }
@@ -315,12 +257,6 @@ impl SimdWork for EndAndBegin<'_> {
 #[inline(always)]
 fn number<L: Lanes>(simd: L, particle: &[f32], component: usize) -> Floats<L> {
     simd.load(&particle[component * L::LANES..][..L::LANES])
-}
-
-/// Sets a component of a particle in all lanes.
-#[inline(always)]
-fn put<L: Lanes>(particle: &mut [f32], component: usize, number: Floats<L>) {
-    number.store_slice(&mut particle[component * L::LANES..][..L::LANES]);
 }
 
 /// Solves the constraints of batch number `index` on all copies, with the multipliers of just these
@@ -382,17 +318,18 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWo
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Self(pass) = self;
-        let columns = Columns::of(pass.copies);
+        let columns = columns::<L>(pass.copies);
         for (first, group) in pass.elements.groups(pass.batch) {
             for (index, corners) in (first..).zip(group) {
+                let places = places::<L, N>(corners);
                 // SAFETY: the constraint is one of the batch: the invariant.
-                let shape = unsafe { columns.gather::<L, N>(simd, corners, DAMPED) };
+                let shape = unsafe { columns.gather::<L, N>(simd, &places, DAMPED) };
                 let Gathered { shape, motion } = &shape;
                 let block = Block::of_copies(corners, index);
                 let moved = DAMPED.then_some(motion);
                 let Projected { moves, .. } = pass.blocks.project(simd, &block, shape, moved, None);
                 // SAFETY: as above.
-                unsafe { columns.add(simd, corners, moves) };
+                unsafe { columns.add(simd, &places, moves) };
             }
         }
     }
@@ -404,7 +341,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
         let Self(pass, mut kept) = self;
         let offset = pass.batch.constraints().start;
         let damped = pass.blocks.damped();
-        let columns = Columns::of(pass.copies);
+        let columns = columns::<L>(pass.copies);
         for (first, group) in pass.elements.groups(pass.batch) {
             for (index, corners) in (first..).zip(group) {
                 let start = (index - offset) * M * L::LANES;
@@ -415,8 +352,9 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
                         *lambda = simd.load(kept);
                     }
                 }
+                let places = places::<L, N>(corners);
                 // SAFETY: the constraint is one of the batch: the invariant.
-                let shape = unsafe { columns.gather::<L, N>(simd, corners, damped) };
+                let shape = unsafe { columns.gather::<L, N>(simd, &places, damped) };
                 let Gathered { shape, motion } = &shape;
                 let block = Block::of_copies(corners, index);
                 let moved = damped.then_some(motion);
@@ -424,7 +362,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
                     pass.blocks
                         .project(simd, &block, shape, moved, Some(lambda));
                 // SAFETY: as above.
-                unsafe { columns.add(simd, corners, moves) };
+                unsafe { columns.add(simd, &places, moves) };
                 if let Some((kept, _)) = &mut kept {
                     let kept = kept[start..].chunks_exact_mut(L::LANES);
                     for (row, kept) in kept.take(M).enumerate() {
@@ -436,119 +374,21 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, 
     }
 }
 
-/// Start of the columns of copies.
-#[derive(Clone, Copy)]
-struct Columns {
-    particles: *mut f32,
-    carry: *const f32,
-}
-
-impl Columns {
-    fn of(copies: &mut Copies) -> Self {
-        Self {
-            particles: copies.particles.as_mut_ptr().cast(),
-            carry: copies.carry.as_ptr().cast(),
-        }
-    }
-
-    /// The corners of a constraint relative to the first, in all lanes, and their motion if
-    /// `damped`: by the operations of [`lanes::gather`](super::lanes::gather).
-    ///
-    /// # Safety
-    /// The corners are particles that can be read, with carries if `damped`, and the copies have as
-    /// many lanes as `L`.
-    #[inline(always)]
-    unsafe fn gather<L: Lanes, const N: usize>(
-        self,
-        simd: L,
-        corners: &[Corner; N],
-        damped: bool,
-    ) -> Gathered<L, N> {
-        let zero = simd.number(0.0);
-        // SAFETY: the caller's promise.
-        let particle = |corner: usize, component: usize| unsafe {
-            load::<L, COMPONENTS>(simd, self.particles, corners[corner], component)
-        };
-        // SAFETY: the caller's promise.
-        let carry = |corner: usize, axis: usize| unsafe {
-            load::<L, CARRIED>(simd, self.carry, corners[corner], axis)
-        };
-        let mut shape = [[zero; 4]; N];
-        let mut motion = [[zero; 3]; N];
-        shape[0][3] = particle(0, 3);
-        for corner in 1..N {
-            for axis in 0..3 {
-                let moved = particle(corner, CARRIED + axis) - particle(0, CARRIED + axis);
-                shape[corner][axis] = (particle(corner, axis) - particle(0, axis)) + moved;
-                motion[corner][axis] = moved;
-            }
-            shape[corner][3] = particle(corner, 3);
-            if damped {
-                for (axis, motion) in motion[corner].iter_mut().enumerate() {
-                    *motion -= carry(corner, axis) - carry(0, axis);
-                }
-            }
-        }
-        Gathered { shape, motion }
-    }
-
-    /// Adds corrections to the displacements of the corners of a constraint.
-    ///
-    /// # Safety
-    /// The corners are particles that can be written, and the copies have as many lanes as `L`.
-    #[inline(always)]
-    unsafe fn add<L: Lanes, const N: usize>(
-        self,
-        simd: L,
-        corners: &[Corner; N],
-        moves: [Vectors<L>; N],
-    ) {
-        for (&corner, by) in corners.iter().zip(moves) {
-            for (axis, by) in by.into_iter().enumerate() {
-                // SAFETY: the caller's promise.
-                unsafe {
-                    let place = place::<L, COMPONENTS>(self.particles, corner, CARRIED + axis);
-                    let moved = simd.load(std::slice::from_raw_parts(place, L::LANES)) + by;
-                    moved.store_slice(std::slice::from_raw_parts_mut(place.cast_mut(), L::LANES));
-                }
-            }
-        }
+/// The columns of copies in as many lanes as `L`.
+fn columns<L: Lanes>(copies: &mut Copies) -> Columns {
+    Columns {
+        particles: copies.particles.as_mut_ptr().cast(),
+        carry: copies.carry.as_ptr().cast(),
+        stride: L::LANES,
     }
 }
 
-/// Address of a component of a particle that has `COUNT` of them.
-///
-/// # Safety
-/// As for [`pointer::add`].
+/// Where the corners of a constraint are.
 #[inline(always)]
-unsafe fn place<L: Lanes, const COUNT: usize>(
-    column: *const f32,
-    corner: Corner,
-    component: usize,
-) -> *const f32 {
-    let scale = COUNT * L::LANES * size_of::<f32>() / size_of::<Vec4>();
-    // SAFETY: the caller's promise.
-    unsafe {
-        column
-            .byte_add(corner.offset() * scale)
-            .add(component * L::LANES)
-    }
-}
-
-/// A component of a particle that has `COUNT` of them, in all lanes.
-///
-/// # Safety
-/// It can be read.
-#[inline(always)]
-unsafe fn load<L: Lanes, const COUNT: usize>(
-    simd: L,
-    column: *const f32,
-    corner: Corner,
-    component: usize,
-) -> Floats<L> {
-    // SAFETY: the caller's promise.
-    let numbers = unsafe {
-        std::slice::from_raw_parts(place::<L, COUNT>(column, corner, component), L::LANES)
-    };
-    simd.load(numbers)
+fn places<L: Lanes, const N: usize>(corners: &[Corner; N]) -> [Place; N] {
+    let scale = |components: usize| components * L::LANES * size_of::<f32>() / size_of::<Vec4>();
+    corners.map(|corner| Place {
+        particles: corner.offset() * scale(COMPONENTS),
+        carry: corner.offset() * scale(CARRIED),
+    })
 }

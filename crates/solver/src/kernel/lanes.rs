@@ -2,7 +2,7 @@
 //!
 //! A block of [`WIDTH`] constraints that share no particle is solved together, one per lane: with
 //! narrower registers, one operation becomes two or eight. [`MAX_WIDTH`] lanes are used for copies of
-//! a body. The number of lanes changes no bit, because constraints in different lanes share nothing.
+//! a body and for strips. The number of lanes changes no bit, because constraints in different lanes share nothing.
 //!
 //! Gathering and scattering do not check indices: the caller has done so once for all blocks of a
 //! batch.
@@ -12,7 +12,7 @@
     reason = "particles are read and written by their address"
 )]
 
-use crate::order::Corner;
+use crate::topology::corner::Corner;
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 use fearless_simd::Fallback;
 #[cfg(target_arch = "x86_64")]
@@ -49,6 +49,29 @@ pub trait Lanes: Simd {
         Self::Floats::from_slice(self, numbers)
     }
 
+    /// Numbers from memory for the lanes whose bits are set in `lanes`, in their order; any in others.
+    ///
+    /// # Panics
+    /// If there are fewer numbers than bits.
+    #[inline(always)]
+    fn expand(self, numbers: &[f32], lanes: u32) -> Self::Floats {
+        let mut all = [0.0; MAX_WIDTH];
+        for (lane, &number) in set_bits(lanes).zip(numbers) {
+            all[lane] = number;
+        }
+        self.load(&all[..Self::LANES])
+    }
+
+    /// The numbers in the lanes whose bits are set in `lanes`, in the first ones; any in others.
+    #[inline(always)]
+    fn compress(self, numbers: Self::Floats, lanes: u32) -> Self::Floats {
+        let mut all = [0.0; MAX_WIDTH];
+        for (number, lane) in all.iter_mut().zip(set_bits(lanes)) {
+            *number = numbers[lane];
+        }
+        self.load(&all[..Self::LANES])
+    }
+
     /// Quarters of eight or sixteen lanes, four numbers each.
     fn join(self, quarter: impl Fn(usize) -> f32x4<Self>) -> Self::Floats;
 
@@ -80,6 +103,33 @@ pub trait Lanes: Simd {
 
     /// Transposes the 4 × 4 blocks in the quarters of four rows.
     fn transpose(self, rows: [Self::Floats; 4]) -> [Self::Floats; 4];
+}
+
+/// For each set of eight lanes, the place of each among them.
+#[cfg(target_arch = "x86_64")]
+const PLACES: [[u8; WIDTH]; 1 << WIDTH] = {
+    let mut places = [[0; WIDTH]; 1 << WIDTH];
+    let mut lanes = 0;
+    while lanes < 1 << WIDTH {
+        let (mut lane, mut place) = (0, 0);
+        while lane < WIDTH {
+            places[lanes][lane] = place;
+            place += (lanes >> lane & 1) as u8;
+            lane += 1;
+        }
+        lanes += 1;
+    }
+    places
+};
+
+/// The numbers of the bits that are set, in ascending order.
+#[inline(always)]
+pub(super) fn set_bits(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lowest = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        lowest
+    })
 }
 
 /// A number in each lane.
@@ -185,6 +235,31 @@ by_quarters!(fearless_simd::Neon);
 impl Lanes for Avx2 {
     eight!();
 
+    #[inline(always)]
+    fn expand(self, numbers: &[f32], lanes: u32) -> f32x8<Self> {
+        use std::arch::x86_64::{
+            __m256, _mm_cvtsi64_si128, _mm256_cvtepu8_epi32, _mm256_permutevar8x32_ps,
+        };
+        fearless_simd::kernel!(
+            #[inline(always)]
+            fn kernel(token: Avx2, numbers: __m256, places: i64) -> __m256 {
+                let _ = token;
+                let places = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(places));
+                _mm256_permutevar8x32_ps(numbers, places)
+            }
+        );
+        let numbers = match numbers.first_chunk::<WIDTH>() {
+            Some(numbers) => self.load(numbers),
+            None => {
+                let mut all = [0.0; WIDTH];
+                all[..numbers.len()].copy_from_slice(numbers);
+                self.load(&all)
+            }
+        };
+        let places = PLACES[(lanes & 0xff) as usize];
+        kernel(self, numbers.into(), i64::from_le_bytes(places)).simd_into(self)
+    }
+
     at_once!(
         Avx2,
         __m256,
@@ -211,6 +286,40 @@ impl Lanes for Avx512 {
         put(1, b);
         put(2, c);
         put(3, d);
+    }
+
+    #[inline(always)]
+    fn expand(self, numbers: &[f32], lanes: u32) -> f32x16<Self> {
+        use std::arch::x86_64::{__m512, _mm512_maskz_expand_ps};
+        fearless_simd::kernel!(
+            #[inline(always)]
+            fn kernel(token: Avx512, numbers: __m512, lanes: u16) -> __m512 {
+                let _ = token;
+                _mm512_maskz_expand_ps(lanes, numbers)
+            }
+        );
+        let numbers = match numbers.first_chunk::<MAX_WIDTH>() {
+            Some(numbers) => self.load(numbers),
+            None => {
+                let mut all = [0.0; MAX_WIDTH];
+                all[..numbers.len()].copy_from_slice(numbers);
+                self.load(&all)
+            }
+        };
+        kernel(self, numbers.into(), lanes as u16).simd_into(self)
+    }
+
+    #[inline(always)]
+    fn compress(self, numbers: f32x16<Self>, lanes: u32) -> f32x16<Self> {
+        use std::arch::x86_64::{__m512, _mm512_maskz_compress_ps};
+        fearless_simd::kernel!(
+            #[inline(always)]
+            fn kernel(token: Avx512, numbers: __m512, lanes: u16) -> __m512 {
+                let _ = token;
+                _mm512_maskz_compress_ps(lanes, numbers)
+            }
+        );
+        kernel(self, numbers.into(), lanes as u16).simd_into(self)
     }
 
     at_once!(
@@ -494,6 +603,14 @@ impl Instructions {
             return MAX_WIDTH;
         }
         WIDTH
+    }
+
+    /// Whether numbers are put into some of the lanes at once.
+    pub(crate) fn expands(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return self.0.as_avx2().is_some();
+        #[cfg(not(target_arch = "x86_64"))]
+        return false;
     }
 
     /// Performs work with this instruction set in this number of lanes: [`WIDTH`], or

@@ -5,11 +5,13 @@
 
 pub(crate) mod arithmetic;
 pub(crate) mod block;
+pub(crate) mod columns;
 pub(crate) mod copies;
 pub(crate) mod fit;
 pub(crate) mod geometry;
 pub(crate) mod lanes;
 pub(crate) mod random;
+pub(crate) mod strips;
 pub(crate) mod sum;
 
 pub use arithmetic::{Arithmetic, cross, difference, dot, scaled};

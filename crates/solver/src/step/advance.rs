@@ -30,7 +30,10 @@ use crate::{
     phases::{Phase, Phases, Task},
     shared_body::SharedBody,
     stages,
-    step::scope::Side,
+    step::{
+        scope::Side,
+        strips::{InStrips, Moving},
+    },
 };
 use std::{iter, ops::Range, sync::Arc};
 
@@ -345,12 +348,16 @@ impl Stepper<'_> {
         let shape = Arc::clone(self.topology);
         let effects = *self.effects;
         let settings = context.settings;
-        self.states.copies = Workspace::default();
         self.prepare_together(&substeps, settings);
         let carried = (&effects, !self.stitches.is_empty());
         let tasks = tasks(&shape, carried, &substeps, context);
+        let strips = InStrips::of(&shape, &effects, tasks.clone(), context);
+        if strips.is_none() {
+            self.states.workspace = Workspace::default();
+        }
         let iterations = substeps.len() * settings.substep(0).total_iterations() as usize;
-        self.run(&shape, (tasks, Friction::Included), iterations, context)
+        let friction = Friction::Included;
+        self.run(&shape, (tasks, friction, strips), iterations, context)
     }
 
     /// Prepares what the tasks of some substeps need.
@@ -404,7 +411,7 @@ impl Stepper<'_> {
         let stitched = !self.stitches.is_empty();
         let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
         let iterations = usize::from(matches!(stage, Stage::Elastic(_)));
-        self.run(&shape, (tasks, friction), iterations, context)
+        self.run(&shape, (tasks, friction, None), iterations, context)
     }
 
     /// Performs some stages of a substep, with the numbers of their iterations, together.
@@ -432,7 +439,9 @@ impl Stepper<'_> {
         let tasks = stages.flat_map(move |(stage, iteration)| {
             stage.tasks(topology, (effects, stitched), step, iteration)
         });
-        self.run(topology, (tasks, Friction::Included), iterations, context)
+        let friction = Friction::Included;
+        let strips = InStrips::of(topology, effects, tasks.clone(), context);
+        self.run(topology, (tasks, friction, strips), iterations, context)
     }
 
     /// Performs one stage other than the last, which alone checks for non-finite values.
@@ -459,9 +468,10 @@ impl Stepper<'_> {
     fn run(
         &mut self,
         topology: &Topology,
-        (tasks, friction): (
+        (tasks, friction, strips): (
             impl Iterator<Item = (Task, Side)> + Clone + Send + Sync,
             Friction,
+            Option<InStrips>,
         ),
         iterations: usize,
         context: &StepContext,
@@ -475,9 +485,13 @@ impl Stepper<'_> {
         // A large factorization takes the threads for itself.
         let is_large = self.effects.is_direct(context.settings.method) && self.direct.is_large();
         let pays = !is_large && partitions.count() > 1 && context.threads.pays(projections);
-        let phases = Phases::new(tasks, partitions);
+        if let (Some(_), Some(strips)) = (strips, partitions.strips()) {
+            let columns = self.states.workspace.columns();
+            columns.strips.make_room(partitions, strips);
+        }
+        let phases = Phases::new(Moving::new(tasks, strips), partitions);
         let task_context = TaskContext::new(topology, self, friction, context);
-        let shared = SharedBody::new(self);
+        let shared = SharedBody::new(self, strips.is_some());
         // SAFETY: pieces of a phase share no particle and no constraint, and a piece begins when
         // the phase before is done on its particles, which then have all earlier ones behind them.
         let work =
@@ -503,6 +517,10 @@ impl Stepper<'_> {
         } else {
             phases.try_for_each(serially)
         };
+        if let (Err(_), Some(strips)) = (&result, strips) {
+            // SAFETY: all work is done.
+            unsafe { shared.store(partitions, strips.stay(), context.instructions) };
+        }
         if shared.touched() {
             self.particles.touch();
         }
@@ -606,7 +624,7 @@ impl<'a> TaskContext<'a> {
         shared: &SharedBody,
         phase: &Phase,
         piece: &Piece,
-        part: Part,
+        mut part: Part,
     ) -> Result<(), NotFinite> {
         let StepContext {
             settings,
@@ -614,6 +632,9 @@ impl<'a> TaskContext<'a> {
             ..
         } = *self.context;
         let first = piece.particles.start;
+        // SAFETY: the caller's promise.
+        let (mut rows, loaded) = unsafe { shared.rows(piece) }.unzip();
+        let is_loaded = loaded.as_deref().is_some_and(|it| it.contains(&true));
         let not_finite = |substep| {
             move |place: usize| NotFinite {
                 particle: first + place,
@@ -642,11 +663,36 @@ impl<'a> TaskContext<'a> {
             Task::EndAndBegin { substep } => {
                 // SAFETY: the caller's promise.
                 unsafe { shared.states.begin(&piece.particles) };
-                stages::end_and_begin(part, self.h, settings.gravity, instructions)
+                let gravity = settings.gravity;
+                if let Some(rows) = rows.as_mut().filter(|_| is_loaded) {
+                    if rows.end(self.h, Some(gravity), instructions) {
+                        return Ok(());
+                    }
+                    rows.store(&mut part, first, true, instructions);
+                }
+                stages::end_and_begin(part, self.h, gravity, instructions)
                     .map_err(not_finite(substep))?;
             }
             Task::End { substep } => {
+                if let Some(rows) = rows.as_mut().filter(|_| is_loaded) {
+                    if rows.end(self.h, None, instructions) {
+                        return Ok(());
+                    }
+                    rows.store(&mut part, first, true, instructions);
+                }
                 stages::postsolve(part, self.h, instructions).map_err(not_finite(substep))?;
+            }
+            Task::Load { carried } => {
+                if let (Some(rows), Some(loaded)) = (&mut rows, loaded) {
+                    rows.load(&part, first, carried, instructions);
+                    loaded.fill(true);
+                }
+            }
+            Task::Store { moved } => {
+                if let (Some(rows), Some(loaded)) = (&rows, loaded) {
+                    rows.store(&mut part, first, moved, instructions);
+                    loaded.fill(false);
+                }
             }
             Task::Elastic { kind, pass } => {
                 let (iteration, ..) = pass;
@@ -662,6 +708,7 @@ impl<'a> TaskContext<'a> {
                     piece,
                     whole: phase.is_whole(),
                     part,
+                    rows: rows.filter(|_| is_loaded),
                     shared,
                     pass,
                     put,

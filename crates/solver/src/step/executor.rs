@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_piece_begins_when_the_phase_before_is_done_on_its_particles() {
-        let partitions = Partitions::cut(4 * MIN_CUT, iter::empty());
+        let partitions = Partitions::cut(4 * MIN_CUT, iter::empty(), None);
         for count in [1, 2, 3, 4] {
             let threads = Threads::new(count).expect("the system starts threads");
             let done: Vec<_> = (0..partitions.count()).map(|_| AtomicU32::new(0)).collect();
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn the_error_is_that_of_the_earliest_phase_on_any_number_of_threads() {
-        let partitions = Partitions::cut(4 * MIN_CUT, iter::empty());
+        let partitions = Partitions::cut(4 * MIN_CUT, iter::empty(), None);
         let middle = partitions.pieces(true)[2].particles.start;
         let work = |phase: &Phase, piece: usize| {
             let substep = substep(phase);

@@ -8,6 +8,7 @@ use crate::{
         block::{Blocks, Put, solve_batch},
         copies::{self, CopiedMultipliers, Copies},
         lanes::Instructions,
+        strips::{self, StripRows},
     },
     particles::Part,
     topology::{order::Elements, partitions::Piece},
@@ -105,6 +106,8 @@ pub(crate) struct ElasticPass<'a> {
     pub whole: bool,
     /// Its particles.
     pub part: Part<'a>,
+    /// Its rows, which are solved instead, in a body in strips.
+    pub rows: Option<StripRows<'a>>,
     /// The body.
     pub shared: &'a SharedBody<'a>,
     /// Number of the iteration, their count, and whether λ is stored.
@@ -131,6 +134,9 @@ impl ElasticPass<'_> {
             // SAFETY: a constraint is in one batch, a batch on one piece.
             let column = unsafe { self.shared.multipliers(kind, column) };
             let multipliers = Multipliers::of_iteration(column, self.pass);
+            if let Some(rows) = self.rows {
+                return strips::solve(kernel, index, rows, multipliers, self.instructions);
+            }
             let particles = (self.part, self.piece.particles.start);
             let context = (self.put, self.instructions);
             solve_batch(kernel, index, particles, multipliers, context);

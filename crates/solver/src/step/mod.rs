@@ -21,6 +21,7 @@ pub mod spin;
 mod stage;
 pub mod stages;
 mod stepper;
+pub(crate) mod strips;
 pub mod substep;
 pub mod tear;
 pub mod together;

@@ -30,6 +30,10 @@ pub(crate) enum Task {
     End { substep: u32 },
     /// Third stage of a substep and first stage of the next.
     EndAndBegin { substep: u32 },
+    /// Particles into lanes, with carries where they are needed.
+    Load { carried: bool },
+    /// Displacements back from lanes, and positions and carries if they have moved.
+    Store { moved: bool },
     /// Constraints of an elastic effect: number of the iteration, their count, and whether λ is
     /// stored.
     Elastic {
@@ -49,7 +53,8 @@ pub(crate) enum Task {
 }
 
 impl Task {
-    /// Stage of the task; [`EndAndBegin`](Self::EndAndBegin) counts as the last stage.
+    /// Stage of the task; [`EndAndBegin`](Self::EndAndBegin) counts as the last stage, and what moves
+    /// particles into lanes, where nobody observes it, too.
     pub fn stage(self) -> Stage {
         match self {
             Self::Force { kind, .. } => Stage::Force(kind),
@@ -58,6 +63,7 @@ impl Task {
             Self::Direct { .. } => Stage::Direct,
             Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
             Self::EndAndBegin { .. } | Self::End { .. } => Stage::Postsolve,
+            Self::Load { .. } | Self::Store { .. } => Stage::Postsolve,
         }
     }
 }

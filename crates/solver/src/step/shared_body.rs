@@ -8,8 +8,17 @@
 
 use super::{scope::Column, stepper::Stepper};
 use crate::{
-    ElasticKind, SegmentState, contact::Pushes, direct::DirectWorkspace,
-    effects::body_kinds::SharedStates, particles::Part, partitions::Piece,
+    ElasticKind, Instructions, SegmentState,
+    contact::Pushes,
+    direct::DirectWorkspace,
+    effects::body_kinds::SharedStates,
+    kernel::{
+        columns::Line,
+        strips::{CARRIES, PARTICLES, StripRows},
+    },
+    particles::Part,
+    partitions::{Partitions, Piece},
+    topology::strips::Strips,
 };
 use glam::Vec4;
 use std::{
@@ -33,8 +42,17 @@ pub(crate) struct SharedBody<'a> {
     /// States of effects without elements.
     pub states: SharedStates,
     direct: *mut DirectWorkspace,
+    strips: Option<SharedStrips>,
     touched: AtomicBool,
     lives: PhantomData<&'a mut ()>,
+}
+
+/// The rows of a body that is stepped in strips.
+struct SharedStrips {
+    strips: Strips,
+    particles: Column<Line>,
+    carry: Column<Line>,
+    loaded: Column<bool>,
 }
 
 // SAFETY: it only gives out references that the callers of `SharedBody::part` promise to be
@@ -42,8 +60,18 @@ pub(crate) struct SharedBody<'a> {
 unsafe impl Sync for SharedBody<'_> {}
 
 impl<'a> SharedBody<'a> {
-    /// Borrows the body while it is shared.
-    pub fn new(body: &'a mut Stepper) -> Self {
+    /// Borrows the body while it is shared; `in_strips` if its workspace has room for its rows.
+    pub fn new(body: &'a mut Stepper, in_strips: bool) -> Self {
+        let strips = body.topology.partitions.strips().filter(|_| in_strips);
+        let strips = strips.map(|strips| {
+            let columns = &mut body.states.workspace.columns().strips;
+            SharedStrips {
+                strips,
+                particles: Column::of(&mut columns.particles),
+                carry: Column::of(&mut columns.carry),
+                loaded: Column::of(&mut columns.loaded),
+            }
+        });
         let particles = &mut *body.particles;
         let count = particles.positions.len();
         assert!(
@@ -66,6 +94,7 @@ impl<'a> SharedBody<'a> {
                 .map(|column| Column::of(column)),
             states: SharedStates::of(&mut body.states.others, body.stitches),
             direct: &raw mut *body.direct,
+            strips,
             touched: AtomicBool::new(false),
             lives: PhantomData,
         }
@@ -97,6 +126,44 @@ impl<'a> SharedBody<'a> {
                 segments: self.segments.part(segments),
                 spins: self.spins.part(start..end),
                 pushes: self.pushes.part(start..end),
+            }
+        }
+    }
+
+    /// The rows of a piece of a body in strips, and for each of its partitions whether its particles
+    /// are there.
+    ///
+    /// # Safety
+    /// As for [`part`](Self::part).
+    pub unsafe fn rows(&self, piece: &Piece) -> Option<(StripRows<'_>, &mut [bool])> {
+        let shared = self.strips.as_ref()?;
+        let Range { start, end } = shared.strips.rows(&piece.particles);
+        // SAFETY: the caller's promise, as partitions begin with a row.
+        let (particles, carry, loaded) = unsafe {
+            (
+                shared.particles.part(start * PARTICLES..end * PARTICLES),
+                shared.carry.part(start * CARRIES..end * CARRIES),
+                shared.loaded.part(piece.partitions.clone()),
+            )
+        };
+        let rows = StripRows::new(shared.strips, start, particles, carry);
+        Some((rows, loaded))
+    }
+
+    /// Gives the particles the numbers of all rows that they are in, after an error: displacements, and
+    /// the rest if they have `moved` there.
+    ///
+    /// # Safety
+    /// No part and no rows of the body are borrowed.
+    pub unsafe fn store(&self, partitions: &Partitions, moved: bool, instructions: Instructions) {
+        for number in 0..partitions.count() {
+            let piece = partitions.alone(number);
+            // SAFETY: the caller's promise.
+            unsafe {
+                if let Some((rows, [true])) = self.rows(&piece) {
+                    let mut part = self.part(&piece);
+                    rows.store(&mut part, piece.particles.start, moved, instructions);
+                }
             }
         }
     }

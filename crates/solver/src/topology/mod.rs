@@ -7,6 +7,7 @@
 //! that the solver compares with them, so that a body in its rest shape does not move at all.
 
 pub mod coloring;
+pub(crate) mod corner;
 mod edges;
 mod enclosure;
 mod facets;
@@ -25,6 +26,7 @@ pub(crate) mod precomputed;
 mod regions;
 mod renewal;
 pub(crate) mod rest_shape;
+pub mod strips;
 mod struts;
 pub mod surface;
 mod tear;

@@ -5,18 +5,25 @@
 //! order; a batch is solved color by color; and constraints of a color share no particle, so that
 //! lanes can take them together. Overflow constraints, which span more than two partitions, are
 //! colored as well, but solved on one thread.
+//!
+//! In a body of [strips], patterns of constraints are colored instead of single ones, on rows
+//! instead of particles, and constraints are stored pattern by pattern; unless few of them repeat.
+//!
+//! [strips]: super::strips
 
 use crate::{
     coloring::{MAX_COLORS, Painter},
     lanes::WIDTH,
     partitions::Partitions,
+    topology::strips::{Pattern, Strips},
 };
-use glam::Vec4;
 use serde::{Deserialize, Serialize};
 use std::{
     ops::{Deref, Range},
     sync::Arc,
 };
+
+pub use super::corner::Corner;
 
 /// Particles of the constraints of one kind, in the order in which they are solved.
 ///
@@ -38,41 +45,18 @@ pub struct Order<const N: usize> {
     corners: Vec<[Corner; N]>,
     /// Ranges of constraints that share no particle.
     groups: Vec<Range<u32>>,
+    /// The strips of the body, if the constraints fill their lanes.
+    strips: Option<Strips>,
+    /// The patterns of these constraints in strips.
+    patterns: Vec<Pattern<N>>,
+    /// For each group, the end of its patterns.
+    pattern_ends: Vec<u32>,
     batches: Vec<Batch>,
     how: Painting,
     /// Batches of the first half.
     first_half: usize,
     /// Number of blocks when all were colored.
     blocks_at_first: usize,
-}
-
-/// A particle index in kernels, stored as twice its number.
-///
-/// Machine addressing can scale an index by at most eight, and a particle has sixteen bytes: with
-/// plain numbers, each of the 64 addresses of a block of tetrahedra needed an additional shift, and
-/// an iteration took 5 % longer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(transparent)]
-pub struct Corner(u32);
-
-impl Corner {
-    /// For a particle below 2³¹.
-    const fn of(particle: u32) -> Self {
-        Self(2 * particle)
-    }
-
-    /// Number of the particle.
-    #[must_use]
-    pub const fn particle(self) -> u32 {
-        self.0 / 2
-    }
-
-    /// Offset from particle 0 in bytes.
-    #[inline(always)]
-    #[must_use]
-    pub const fn offset(self) -> usize {
-        self.0 as usize * (size_of::<Vec4>() / 2)
-    }
 }
 
 /// The constraints of one partition, or the overflow.
@@ -89,8 +73,8 @@ pub struct Batch {
 pub struct Painting {
     /// Whether the odd partitions come first.
     pub odd_first: bool,
-    /// Whether colors are assigned at random in runs of 64 particles, instead of from particle to
-    /// particle: for the edges of sheets.
+    /// Whether colors are assigned at random in runs of 64 particles, or rows of strips, instead of
+    /// from one to the next: for the edges of sheets.
     ///
     /// With one iteration per substep, a step is x₊ = G(2x − x₋) with the product G of all
     /// projections. Where G has a complex eigenvalue g near 1, with |Im g| > (1 − Re g)^1.5, a root
@@ -102,7 +86,7 @@ pub struct Painting {
     pub scattered: bool,
 }
 
-/// Particles in a run in which colors are [scattered](Painting::scattered).
+/// Particles or rows in a run in which colors are [scattered](Painting::scattered).
 const STRETCH: u32 = 64;
 
 impl<const N: usize> Elements<N> {
@@ -113,15 +97,7 @@ impl<const N: usize> Elements<N> {
         partitions: &Partitions,
         how: Painting,
     ) -> (Self, Vec<u32>) {
-        let Painting {
-            odd_first,
-            scattered,
-        } = how;
-        let first = |&i: &u32| constraints[i as usize].iter().min().copied();
-        let place = |i: &u32| {
-            let stretch = first(i).map_or(0, |first| first / STRETCH);
-            (stretch, hash(&constraints[*i as usize]))
-        };
+        let odd_first = how.odd_first;
         let mut members = vec![Vec::new(); partitions.count()];
         let mut overflow = Vec::new();
         for (index, corners) in constraints.iter().enumerate() {
@@ -130,33 +106,28 @@ impl<const N: usize> Elements<N> {
                 None => overflow.push(index as u32),
             }
         }
+        let strips = partitions.strips();
+        let strips = strips.filter(|strips| strips.are_filled_by(constraints));
         let mut all = Order {
             how,
+            strips,
             ..Order::default()
         };
         let mut stored = Vec::with_capacity(constraints.len());
-        let mut painter = Painter::new(partitions.particles());
+        let mut artist = Artist::new(constraints, partitions, strips);
         for half in 0..2 {
             let parity = usize::from(odd_first == (half == 0));
             for partition in (parity..partitions.count()).step_by(2) {
-                let members = &mut members[partition];
-                if scattered {
-                    members.sort_by_key(place);
-                } else {
-                    members.sort_by_key(first);
-                }
-                let mut colors = painter.paint(constraints, members, &mut overflow);
-                if scattered {
-                    // The order within a color changes no bit, but keeps neighbors in the cache.
-                    colors.iter_mut().for_each(|color| color.sort_by_key(first));
-                }
+                let members = std::mem::take(&mut members[partition]);
+                let order = if how.scattered { scatter } else { by_first };
+                let colors = artist.paint(members, order, &mut overflow);
                 all.close_batch(Some(partition), colors, &mut stored);
             }
             if half == 0 {
                 all.first_half = all.batches.len();
             }
         }
-        all.close_overflow(constraints, &overflow, &mut painter, &mut stored);
+        all.close_overflow(overflow, &mut artist, &mut stored);
         all.corners = stored
             .iter()
             .map(|&i| constraints[i as usize].map(Corner::of))
@@ -243,7 +214,7 @@ impl<const N: usize> Elements<N> {
                     taken[place(corner)] |= 1 << free;
                 }
             }
-            all.close_batch(Some(partition), colors, &mut stored);
+            all.close_batch(Some(partition), without_patterns(colors), &mut stored);
         }
         let groups = match self.overflow() {
             Some(index) => &self.groups[self.batches[index].groups.clone()],
@@ -252,7 +223,7 @@ impl<const N: usize> Elements<N> {
         let mut groups: Vec<Vec<u32>> = groups.iter().map(stays).collect();
         groups.extend(overflow.into_iter().map(|index| vec![index]));
         if !groups.is_empty() {
-            all.close_batch(None, groups, &mut stored);
+            all.close_batch(None, without_patterns(groups), &mut stored);
         }
         if all.blocks() as f32 > DECAYED * self.blocks_at_first.max(stored.len() / WIDTH) as f32 {
             let corners: Vec<[u32; N]> = stored.iter().map(|&index| corners_of(index)).collect();
@@ -326,7 +297,7 @@ impl<const N: usize> Elements<N> {
                 groups.push((next..end).collect());
                 next = end;
             }
-            all.close_batch(partition, groups, &mut stored);
+            all.close_batch(partition, without_patterns(groups), &mut stored);
         }
         if stored.len() != corners.len() {
             return None;
@@ -357,14 +328,19 @@ impl<const N: usize> Order<N> {
     fn close_batch(
         &mut self,
         partition: Option<usize>,
-        colors: Vec<Vec<u32>>,
+        colors: impl IntoIterator<Item = Color<N>>,
         stored: &mut Vec<u32>,
     ) {
         let (first, first_group) = (stored.len(), self.groups.len());
-        for color in colors.into_iter().filter(|color| !color.is_empty()) {
+        for Color { members, patterns } in colors {
+            if members.is_empty() {
+                continue;
+            }
             let first = stored.len() as u32;
-            self.groups.push(first..first + color.len() as u32);
-            stored.extend(color);
+            self.groups.push(first..first + members.len() as u32);
+            stored.extend(members);
+            self.patterns.extend(patterns);
+            self.pattern_ends.push(self.patterns.len() as u32);
         }
         self.batches.push(Batch {
             partition,
@@ -378,16 +354,17 @@ impl<const N: usize> Order<N> {
     /// Uncolored ones form groups of one.
     fn close_overflow(
         &mut self,
-        constraints: &[[u32; N]],
-        overflow: &[u32],
-        painter: &mut Painter,
+        overflow: Vec<u32>,
+        artist: &mut Artist<N>,
         stored: &mut Vec<u32>,
     ) {
         if !overflow.is_empty() {
             let mut alone = Vec::new();
-            let mut groups = painter.paint(constraints, overflow, &mut alone);
-            groups.extend(alone.into_iter().map(|index| vec![index]));
-            self.close_batch(None, groups, stored);
+            let mut colors = artist.paint(overflow, |_, _| (), &mut alone);
+            for index in alone {
+                colors.extend(artist.paint(vec![index], |_, _| (), &mut Vec::new()));
+            }
+            self.close_batch(None, colors, stored);
         }
     }
 
@@ -395,6 +372,11 @@ impl<const N: usize> Order<N> {
     pub(crate) fn blocks(&self) -> usize {
         let sizes = self.groups.iter().map(|group| group.len());
         sizes.map(|size| size.div_ceil(WIDTH)).sum()
+    }
+
+    /// Number of patterns in a body of strips.
+    pub(crate) fn pattern_count(&self) -> usize {
+        self.patterns.len()
     }
 
     /// Computes the particle range of each batch.
@@ -427,6 +409,8 @@ impl<const N: usize> Order<N> {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.corners[..])
             + size_of_val(&self.groups[..])
+            + size_of_val(&self.patterns[..])
+            + size_of_val(&self.pattern_ends[..])
             + size_of_val(&self.batches[..])
     }
 
@@ -468,12 +452,121 @@ impl<const N: usize> Order<N> {
         }
     }
 
+    /// The strips in which the constraints have patterns.
+    #[must_use]
+    pub fn strips(&self) -> Option<Strips> {
+        self.strips
+    }
+
+    /// [Groups](Self::groups) of a batch with their patterns, in strips.
+    pub fn patterns(
+        &self,
+        batch: &Batch,
+    ) -> impl Iterator<Item = (usize, &[[Corner; N]], &[Pattern<N>])> {
+        let ends = &self.pattern_ends[..];
+        batch
+            .groups
+            .clone()
+            .zip(self.groups(batch))
+            .map(move |(number, (first, group))| {
+                let start = number.checked_sub(1).map_or(0, |before| ends[before]);
+                (
+                    first,
+                    group,
+                    &self.patterns[start as usize..ends[number] as usize],
+                )
+            })
+    }
+
     /// Constraints of a batch that share no particle: the number of the first, and their particles.
     pub fn groups(&self, batch: &Batch) -> impl Iterator<Item = (usize, &[[Corner; N]])> {
         self.groups[batch.groups.clone()]
             .iter()
             .map(|group| group.start as usize..group.end as usize)
             .map(|group| (group.start, &self.corners[group]))
+    }
+}
+
+/// Constraints of a color in their order, with their patterns in a body of strips.
+struct Color<const N: usize> {
+    members: Vec<u32>,
+    patterns: Vec<Pattern<N>>,
+}
+
+fn without_patterns<const N: usize>(colors: Vec<Vec<u32>>) -> impl Iterator<Item = Color<N>> {
+    colors.into_iter().map(|members| Color {
+        members,
+        patterns: Vec::new(),
+    })
+}
+
+/// An order of some of the elements with these particles or rows.
+type Sort<const N: usize> = fn(&[[u32; N]], &mut [u32]);
+
+/// From particle to particle.
+fn by_first<const N: usize>(all: &[[u32; N]], members: &mut [u32]) {
+    members.sort_by_key(|&i| all[i as usize].iter().min().copied());
+}
+
+/// At random in runs of [`STRETCH`].
+fn scatter<const N: usize>(all: &[[u32; N]], members: &mut [u32]) {
+    members.sort_by_key(|&i| {
+        let corners = &all[i as usize];
+        let first = corners.iter().min();
+        (first.map_or(0, |first| first / STRETCH), hash(corners))
+    });
+}
+
+/// Colors the constraints of one batch after the other.
+struct Artist<'a, const N: usize> {
+    constraints: &'a [[u32; N]],
+    strips: Option<Strips>,
+    painter: Painter,
+}
+
+impl<'a, const N: usize> Artist<'a, N> {
+    fn new(constraints: &'a [[u32; N]], partitions: &Partitions, strips: Option<Strips>) -> Self {
+        let particles = 0..partitions.particles();
+        let places = strips.map_or(particles.end, |strips| strips.rows(&particles).end);
+        Self {
+            constraints,
+            strips,
+            painter: Painter::new(places),
+        }
+    }
+
+    /// Colors the `members` in an order; appends uncolored ones to `overflow`.
+    fn paint(
+        &mut self,
+        mut members: Vec<u32>,
+        sort: Sort<N>,
+        overflow: &mut Vec<u32>,
+    ) -> Vec<Color<N>> {
+        let Some(strips) = self.strips else {
+            sort(self.constraints, &mut members);
+            let mut colors = self.painter.paint(self.constraints, &members, overflow);
+            // The order within a color changes no bit, but keeps neighbors in the cache.
+            for color in &mut colors {
+                by_first(self.constraints, color);
+            }
+            return without_patterns(colors).collect();
+        };
+        let found = strips.group(self.constraints, &mut members);
+        let rows: Vec<[u32; N]> = found.iter().map(|it| it.pattern.rows()).collect();
+        let mut order: Vec<u32> = (0..found.len() as u32).collect();
+        sort(&rows, &mut order);
+        let mut left = Vec::new();
+        let colors = self.painter.paint(&rows, &order, &mut left);
+        let members_of = |&pattern: &u32| &members[found[pattern as usize].members.clone()];
+        overflow.extend(left.iter().flat_map(members_of));
+        let color = |mut color: Vec<u32>| {
+            by_first(&rows, &mut color);
+            Color {
+                members: color.iter().flat_map(members_of).copied().collect(),
+                patterns: color.iter().map(|&it| found[it as usize].pattern).collect(),
+            }
+        };
+        colors.into_iter().map(color).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 //! Every second partition can then be processed at the same time: a constraint belongs to the
 //! partition of its first particle, and uses no particle before it or beyond the next one.
 
+use super::strips::Strips;
 use std::ops::Range;
 
 /// A body with fewer particles is a single partition. Miri is too slow for larger ones.
@@ -22,6 +23,7 @@ pub struct Partitions {
     /// Pieces for the even partitions, and for the odd ones.
     pieces: [Vec<Piece>; 2],
     whole: Piece,
+    strips: Option<Strips>,
 }
 
 /// Particles that one thread has at a time: a partition with the next one.
@@ -36,13 +38,18 @@ pub struct Piece {
 }
 
 impl Partitions {
-    /// Partitions `particles`. `reaches` are pairs of the lowest and the highest particle of each
-    /// constraint.
+    /// Partitions `particles`, which may be cut into strips: then at their lines. `reaches` are pairs
+    /// of the lowest and the highest particle of each constraint.
     #[must_use]
-    pub fn cut(particles: usize, reaches: impl Iterator<Item = (u32, u32)>) -> Self {
+    pub fn cut(
+        particles: usize,
+        reaches: impl Iterator<Item = (u32, u32)>,
+        strips: Option<Strips>,
+    ) -> Self {
         if particles < MIN_CUT {
-            return Self::new(vec![0, particles as u32]);
+            return Self::new(vec![0, particles as u32]).with(strips);
         }
+        let line = strips.map_or(1, Strips::line);
         let mut farthest: Vec<u32> = (0..particles as u32).collect();
         for (low, high) in reaches {
             let far = &mut farthest[low as usize];
@@ -50,18 +57,28 @@ impl Partitions {
         }
         // Eight partitions keep four threads busy in either half.
         let count = (particles / USUAL / 8 * 8).clamp(8, MAX_PARTITIONS);
-        let width = particles.div_ceil(count);
+        let width = particles.div_ceil(count).next_multiple_of(line);
         let mut starts = vec![0, width.min(particles) as u32];
         while let &[.., before, last] = &starts[..]
             && (last as usize) < particles
         {
             let reach = farthest[before as usize..last as usize].iter().max();
             let next = reach
-                .map_or(0, |&far| far as usize + 1)
+                .map_or(0, |&far| (far as usize + 1).next_multiple_of(line))
                 .max(last as usize + width);
             starts.push(next.min(particles) as u32);
         }
-        Self::new(starts)
+        Self::new(starts).with(strips)
+    }
+
+    fn with(self, strips: Option<Strips>) -> Self {
+        Self { strips, ..self }
+    }
+
+    /// How the particles are placed in lanes; `None` unless constraints repeat as in a grid.
+    #[must_use]
+    pub fn strips(&self) -> Option<Strips> {
+        self.strips
     }
 
     /// First particle of each partition, and the number of particles.
@@ -107,6 +124,7 @@ impl Partitions {
         Self {
             pieces: [even, odd],
             whole,
+            strips: None,
             starts,
         }
     }
@@ -121,6 +139,15 @@ impl Partitions {
     #[must_use]
     pub fn pieces(&self, odd: bool) -> &[Piece] {
         &self.pieces[usize::from(odd)]
+    }
+
+    /// One partition without the next.
+    pub(crate) fn alone(&self, partition: usize) -> Piece {
+        Piece {
+            particles: self.starts[partition] as usize..self.starts[partition + 1] as usize,
+            partitions: partition..partition + 1,
+            partition: None,
+        }
     }
 
     /// Number of partitions.

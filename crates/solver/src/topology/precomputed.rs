@@ -13,6 +13,7 @@ use super::{
     numbering::Numbering,
     partitions::{MIN_CUT, Partitions},
     rest_shape::RestShape,
+    strips::Strips,
     volume,
 };
 use glam::Vec3;
@@ -207,7 +208,9 @@ impl Topology {
 
         let (low, high) = bounds(rest.iter().copied());
         let diameter = 2.0 * radii.iter().copied().fold(0.0, f32::max);
-        let partitions = Partitions::cut(count, reaches(&ends).chain(reaches(&corners)));
+        let strips = Strips::find(count, &ends, &corners, count >= MIN_CUT);
+        let reaches = reaches(&ends).chain(reaches(&corners));
+        let partitions = Partitions::cut(count, reaches, strips);
         let is_sheet = dimension == Dimension::Sheet;
         Ok(Self {
             edges: Edges::new(&ends, &rest, &partitions, is_sheet),
@@ -270,7 +273,7 @@ impl Topology {
     /// solver order.
     ///
     /// Unless the topology was torn, coloring these again assigns each element the same color: elements with the same lowest
-    /// particle have different colors, and each finds the lower ones taken as before.
+    /// particle have different colors, and each finds the lower ones taken as before. Patterns of strips are sorted by their places.
     #[must_use]
     pub fn rest_shape(&self) -> RestShape {
         let vertex = |particle: u32| self.numbering.vertex(ParticleIndex(particle)).0;

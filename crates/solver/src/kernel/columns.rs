@@ -1,0 +1,228 @@
+//! Particles in lanes: a row has one in each, component by component.
+
+#![allow(
+    unsafe_code,
+    reason = "particles are read and written without a check of each index"
+)]
+
+use super::{
+    arithmetic,
+    lanes::{Floats, Gathered, Lanes, MAX_WIDTH, Vectors},
+};
+use fearless_simd::prelude::*;
+use glam::Vec3;
+
+/// A line of a cache: a number in sixteen lanes, or two in eight.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub(crate) struct Line([f32; MAX_WIDTH]);
+
+/// Components of a particle: x, y, z and w of its position p [m], with its inverse mass in w, and of
+/// its displacement u [m], with 0 in w.
+pub(super) const COMPONENTS: usize = 8;
+
+/// Components of its carry c [m].
+pub(super) const CARRIED: usize = 4;
+
+/// The numbers of lines.
+pub(super) fn flat(lines: &[Line]) -> &[f32] {
+    // SAFETY: lines are arrays of numbers without padding.
+    unsafe { std::slice::from_raw_parts(lines.as_ptr().cast(), size_of_val(lines) / 4) }
+}
+
+/// The numbers of lines.
+pub(super) fn flat_mut(lines: &mut [Line]) -> &mut [f32] {
+    // SAFETY: lines are arrays of numbers without padding.
+    unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr().cast(), size_of_val(lines) / 4) }
+}
+
+/// Rows of particles with their carries: the mutable columns, of which the lanes of `L` from
+/// `first` on are meant; a component has a number in each of `stride` lanes.
+pub(super) struct Rows<'a> {
+    pub particles: &'a mut [f32],
+    pub carry: &'a mut [f32],
+    pub stride: usize,
+    pub first: usize,
+}
+
+impl Rows<'_> {
+    /// Whether all displacements and velocities are finite, where a second has `per_second` substeps.
+    #[inline(always)]
+    pub fn are_finite<L: Lanes>(&self, simd: L, per_second: f32) -> bool {
+        let zero = simd.number(0.0);
+        // As in `first_not_finite`.
+        let mut sums = [zero; 3];
+        for particle in self.particles.chunks_exact(COMPONENTS * self.stride) {
+            for (axis, sum) in sums.iter_mut().enumerate() {
+                let place = (CARRIED + axis) * self.stride + self.first;
+                let moved = number(simd, particle, place);
+                *sum += moved * per_second * 0.0;
+            }
+        }
+        let sum = sums[0] + sums[1] + sums[2];
+        !sum.simd_eq(zero).any_false()
+    }
+
+    /// The last stage of a substep and, with the displacement h²g of gravity [m], the first of the
+    /// next, as [`stages::end_and_begin`](crate::step::stages::end_and_begin). Pins must not have
+    /// been moved by a grab.
+    #[inline(always)]
+    pub fn end<L: Lanes>(&mut self, simd: L, push: Option<Vec3>) {
+        let zero = simd.number(0.0);
+        let Self { stride, first, .. } = *self;
+        let particles = self.particles.chunks_exact_mut(COMPONENTS * stride);
+        let carry = self.carry.chunks_exact_mut(CARRIED * stride);
+        for (particle, carry) in particles.zip(carry) {
+            let number =
+                |column: &[f32], component| number(simd, column, component * stride + first);
+            let pinned = number(particle, 3).simd_eq(zero);
+            let mut before = [[zero; 3]; 3];
+            for (axis, state) in before.iter_mut().enumerate() {
+                *state = [
+                    number(particle, axis),
+                    number(particle, CARRIED + axis),
+                    number(carry, axis),
+                ];
+            }
+            let mut after = before;
+            for state in &mut after {
+                *state = arithmetic::end(*state);
+            }
+            if let Some(push) = push {
+                for ([_, moved, carried], push) in after.iter_mut().zip(push.to_array()) {
+                    [*moved, *carried] = arithmetic::begin([*moved, *carried], simd.number(push));
+                }
+            }
+            if pinned.any_true() {
+                for ([position, moved, carried], [p, _, c]) in after.iter_mut().zip(before) {
+                    *position = pinned.select(p, *position);
+                    *moved = pinned.select(c, *moved);
+                    *carried = pinned.select(c, *carried);
+                }
+            }
+            for (axis, [p, u, c]) in after.into_iter().enumerate() {
+                put::<L>(particle, axis * stride + first, p);
+                put::<L>(particle, (CARRIED + axis) * stride + first, u);
+                put::<L>(carry, axis * stride + first, c);
+            }
+        }
+    }
+}
+
+/// Numbers in all lanes from a place on.
+#[inline(always)]
+fn number<L: Lanes>(simd: L, column: &[f32], place: usize) -> Floats<L> {
+    simd.load(&column[place..][..L::LANES])
+}
+
+/// Sets the numbers in all lanes from a place on.
+#[inline(always)]
+fn put<L: Lanes>(column: &mut [f32], place: usize, numbers: Floats<L>) {
+    numbers.store_slice(&mut column[place..][..L::LANES]);
+}
+
+/// Start of the columns of particles, in each of which a component has a number in each of `stride`
+/// lanes.
+#[derive(Clone, Copy)]
+pub(super) struct Columns {
+    pub particles: *mut f32,
+    pub carry: *const f32,
+    pub stride: usize,
+}
+
+/// Where a corner is: the bytes from the start of each column to its first component in the first
+/// lane.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub particles: usize,
+    pub carry: usize,
+}
+
+impl Columns {
+    /// The corners of constraints relative to the first, in all lanes, and their motion if
+    /// `damped`: by the operations of [`lanes::gather`](super::lanes::gather).
+    ///
+    /// # Safety
+    /// All lanes of the first seven components of these places can be read, and of the first three of
+    /// the carry if `damped`.
+    #[inline(always)]
+    pub unsafe fn gather<L: Lanes, const N: usize>(
+        self,
+        simd: L,
+        places: &[Place; N],
+        damped: bool,
+    ) -> Gathered<L, N> {
+        let zero = simd.number(0.0);
+        let Self { stride, .. } = self;
+        // SAFETY: the caller's promise.
+        let particle = |corner: usize, component: usize| unsafe {
+            let offset = places[corner].particles;
+            load(simd, self.particles, (offset, component * stride))
+        };
+        // SAFETY: the caller's promise.
+        let carry = |corner: usize, axis: usize| unsafe {
+            load(simd, self.carry, (places[corner].carry, axis * stride))
+        };
+        let mut shape = [[zero; 4]; N];
+        let mut motion = [[zero; 3]; N];
+        shape[0][3] = particle(0, 3);
+        for corner in 1..N {
+            for axis in 0..3 {
+                let moved = particle(corner, CARRIED + axis) - particle(0, CARRIED + axis);
+                shape[corner][axis] = (particle(corner, axis) - particle(0, axis)) + moved;
+                motion[corner][axis] = moved;
+            }
+            shape[corner][3] = particle(corner, 3);
+            if damped {
+                for (axis, motion) in motion[corner].iter_mut().enumerate() {
+                    *motion -= carry(corner, axis) - carry(0, axis);
+                }
+            }
+        }
+        Gathered { shape, motion }
+    }
+
+    /// Adds corrections to the displacements of the corners of constraints.
+    ///
+    /// # Safety
+    /// All lanes of the displacements at these places can be written.
+    #[inline(always)]
+    pub unsafe fn add<L: Lanes, const N: usize>(
+        self,
+        simd: L,
+        places: &[Place; N],
+        moves: [Vectors<L>; N],
+    ) {
+        for (place, by) in places.iter().zip(moves) {
+            for (axis, by) in by.into_iter().enumerate() {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    let at = (place.particles, (CARRIED + axis) * self.stride);
+                    let moved = load(simd, self.particles, at) + by;
+                    let place = self.particles.wrapping_byte_add(at.0).wrapping_add(at.1);
+                    moved.store_slice(std::slice::from_raw_parts_mut(place, L::LANES));
+                }
+            }
+        }
+    }
+}
+
+/// Numbers in all lanes, so many bytes and then so many numbers from the start of a column.
+///
+/// # Safety
+/// They can be read.
+#[inline(always)]
+unsafe fn load<L: Lanes>(
+    simd: L,
+    column: *const f32,
+    (bytes, numbers): (usize, usize),
+) -> Floats<L> {
+    // SAFETY: the caller's promise.
+    let numbers = unsafe {
+        std::slice::from_raw_parts(
+            column.wrapping_byte_add(bytes).wrapping_add(numbers),
+            L::LANES,
+        )
+    };
+    simd.load(numbers)
+}

@@ -1,0 +1,517 @@
+//! A body as copies of a strip: the particles of a grid in lanes, and constraints that repeat from
+//! lane to lane.
+//!
+//! Nothing is gathered for a [pattern](Pattern) of constraints: its corners are rows of particles,
+//! read from some lanes further on where corners are in different lanes. Lanes without a constraint
+//! get numbers of other components or particles, which are not used. The order is that of
+//! [`solve_batch`], and so are the bits.
+//!
+//! [`solve_batch`]: super::block::solve_batch
+
+#![allow(
+    unsafe_code,
+    reason = "particles are read and written without a check of each index"
+)]
+
+use super::{
+    block::{Block, Blocks, Projected},
+    columns::{CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
+    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, set_bits},
+};
+use crate::{
+    effects::multipliers::Multipliers,
+    particles::Part,
+    topology::{
+        order::{Batch, Elements},
+        partitions::Partitions,
+        strips::{Pattern, Spot, Strips},
+    },
+};
+use fearless_simd::{f32x4, prelude::*};
+use glam::{Vec3, Vec4};
+
+/// The particles of a body in rows.
+#[derive(Debug, Default)]
+pub(crate) struct StripColumns {
+    /// Positions p [m] with inverse masses in w, and displacements u [m]: [`PARTICLES`] of each row.
+    pub particles: Vec<Line>,
+    /// Carries c [m]: [`CARRIES`] of each row.
+    pub carry: Vec<Line>,
+    /// For each partition, whether its particles have been read.
+    pub loaded: Vec<bool>,
+}
+
+impl StripColumns {
+    /// Makes room for these partitions; none of them has been read.
+    pub fn make_room(&mut self, partitions: &Partitions, strips: Strips) {
+        let rows = strips.rows(&(0..partitions.particles())).end;
+        self.particles.resize(rows * PARTICLES, Line::default());
+        self.carry.resize(rows * CARRIES, Line::default());
+        self.loaded.clear();
+        self.loaded.resize(partitions.count(), false);
+    }
+
+    /// Memory use in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.particles[..]) + size_of_val(&self.carry[..])
+    }
+}
+
+/// Rows of a piece of a body, with [`MAX_WIDTH`] particles in each.
+#[derive(Debug)]
+pub(crate) struct StripRows<'a> {
+    strips: Strips,
+    /// Number of the first row.
+    first: usize,
+    /// Positions, inverse masses and displacements.
+    particles: &'a mut [Line],
+    /// Carries.
+    carry: &'a mut [Line],
+}
+
+/// Lines of the particles of a row.
+pub(crate) const PARTICLES: usize = COMPONENTS;
+
+/// Lines of their carries.
+pub(crate) const CARRIES: usize = CARRIED;
+
+impl<'a> StripRows<'a> {
+    /// With the [particles](PARTICLES) and [carries](CARRIES) of the rows from `first` on.
+    ///
+    /// # Panics
+    /// If these have different numbers of rows.
+    pub fn new(
+        strips: Strips,
+        first: usize,
+        particles: &'a mut [Line],
+        carry: &'a mut [Line],
+    ) -> Self {
+        assert!(
+            particles.len() * CARRIES == carry.len() * PARTICLES,
+            "each particle has a carry"
+        );
+        Self {
+            strips,
+            first,
+            particles,
+            carry,
+        }
+    }
+
+    /// Number of rows.
+    fn count(&self) -> usize {
+        self.particles.len() / PARTICLES
+    }
+
+    /// Reads the particles, the first of which has number `base`, with carries if they are `carried`.
+    pub fn load(&mut self, part: &Part, base: usize, carried: bool, instructions: Instructions) {
+        let from = [&*part.positions, &*part.displacements, &*part.carry];
+        let work = Load {
+            from,
+            base,
+            carried,
+            into: self,
+        };
+        instructions.run_in(instructions.widest(), work);
+    }
+
+    /// Writes the displacements of the particles, the first of which has number `base`, and the rest
+    /// if they have `moved`.
+    pub fn store(&self, part: &mut Part, base: usize, moved: bool, instructions: Instructions) {
+        let into = [
+            &mut *part.positions,
+            &mut *part.displacements,
+            &mut *part.carry,
+        ];
+        let work = Store {
+            from: self,
+            base,
+            moved,
+            into,
+        };
+        instructions.run_in(instructions.widest(), work);
+    }
+
+    /// Ends a substep of `h` seconds, and with gravity [m/s²] begins the next, as in
+    /// [`stages`](crate::step::stages). Returns whether all displacements and velocities are finite;
+    /// otherwise nothing has moved. Pins must not have been moved by a grab.
+    pub fn end(&mut self, h: f32, gravity: Option<Vec3>, instructions: Instructions) -> bool {
+        let mut is_finite = true;
+        let work = End {
+            rows: self,
+            per_second: 1.0 / h,
+            push: gravity.map(|gravity| gravity * (h * h)),
+            is_finite: &mut is_finite,
+        };
+        instructions.run_in(instructions.widest(), work);
+        is_finite
+    }
+}
+
+/// The lanes of `L`, as many times as a row has them: the first of each.
+fn parts<L: Lanes>() -> impl Iterator<Item = usize> {
+    (0..MAX_WIDTH).step_by(L::LANES)
+}
+
+/// [`StripRows::load`].
+struct Load<'a, 'b> {
+    from: [&'a [Vec4]; 3],
+    base: usize,
+    carried: bool,
+    into: &'a mut StripRows<'b>,
+}
+
+impl SimdWork for Load<'_, '_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let Self {
+            from,
+            base,
+            carried,
+            into,
+        } = self;
+        let StripRows { strips, first, .. } = *into;
+        let particles = flat_mut(into.particles).chunks_exact_mut(COMPONENTS * MAX_WIDTH);
+        let carries = flat_mut(into.carry).chunks_exact_mut(CARRIED * MAX_WIDTH);
+        for ((row, particles), carries) in (first..).zip(particles).zip(carries) {
+            let (positions, displacements) = particles.split_at_mut(CARRIED * MAX_WIDTH);
+            let row = strips.row(row);
+            let columns = from.iter().zip([positions, displacements, carries]);
+            for (from, into) in columns.take(if carried { 3 } else { 2 }) {
+                for low in parts::<L>() {
+                    let rows = simd.rows(
+                        #[inline(always)]
+                        |lane| {
+                            let place = row.particle(low + lane).and_then(|it| from.get(it - base));
+                            f32x4::simd_from(simd, place.map_or([0.0; 4], Vec4::to_array))
+                        },
+                    );
+                    for (k, component) in simd.transpose(rows).into_iter().enumerate() {
+                        component.store_slice(&mut into[k * MAX_WIDTH + low..][..L::LANES]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// [`StripRows::store`].
+struct Store<'a, 'b> {
+    from: &'a StripRows<'b>,
+    base: usize,
+    moved: bool,
+    into: [&'a mut [Vec4]; 3],
+}
+
+impl SimdWork for Store<'_, '_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let Self {
+            from,
+            base,
+            moved,
+            mut into,
+        } = self;
+        let StripRows { strips, first, .. } = *from;
+        let particles = flat(from.particles).chunks_exact(COMPONENTS * MAX_WIDTH);
+        let carries = flat(from.carry).chunks_exact(CARRIED * MAX_WIDTH);
+        for ((row, particles), carries) in (first..).zip(particles).zip(carries) {
+            let (positions, displacements) = particles.split_at(CARRIED * MAX_WIDTH);
+            let row = strips.row(row);
+            let columns = [positions, displacements, carries].into_iter();
+            for (number, (from, into)) in columns.zip(&mut into).enumerate() {
+                if !moved && number != 1 {
+                    continue;
+                }
+                for low in parts::<L>() {
+                    let component = |k: usize| simd.load(&from[k * MAX_WIDTH + low..][..L::LANES]);
+                    let components = [component(0), component(1), component(2), component(3)];
+                    for (k, rows) in simd.transpose(components).into_iter().enumerate() {
+                        simd.split(
+                            rows,
+                            #[inline(always)]
+                            |quarter, particle| {
+                                let lane = low + 4 * quarter + k;
+                                let place = row.particle(lane);
+                                if let Some(into) = place.and_then(|it| into.get_mut(it - base)) {
+                                    *into = Vec4::from_array(particle.into());
+                                }
+                            },
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// [`StripRows::end`].
+struct End<'a, 'b> {
+    rows: &'a mut StripRows<'b>,
+    /// 1/h [1/s].
+    per_second: f32,
+    /// h²g [m].
+    push: Option<Vec3>,
+    is_finite: &'a mut bool,
+}
+
+impl SimdWork for End<'_, '_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let mut rows = Rows {
+            particles: flat_mut(self.rows.particles),
+            carry: flat_mut(self.rows.carry),
+            stride: MAX_WIDTH,
+            first: 0,
+        };
+        for low in parts::<L>() {
+            rows.first = low;
+            *self.is_finite &= rows.are_finite(simd, self.per_second);
+        }
+        if !*self.is_finite {
+            return;
+        }
+        for low in parts::<L>() {
+            rows.first = low;
+            match self.push {
+                Some(push) => rows.end(simd, Some(push)),
+                None => rows.end(simd, None),
+            }
+        }
+    }
+}
+
+/// Solves the constraints of batch number `index`, with the multipliers of just these constraints.
+///
+/// # Panics
+/// If the constraints reach beyond the rows, or are ordered for other strips.
+pub(crate) fn solve<const N: usize, const M: usize, B: Blocks<N, M>>(
+    blocks: &B,
+    index: usize,
+    rows: StripRows,
+    multipliers: Multipliers,
+    instructions: Instructions,
+) {
+    let elements = blocks.elements();
+    let batch = &elements.batches()[index];
+    assert!(
+        elements.strips() == Some(rows.strips),
+        "constraints are ordered for other strips"
+    );
+    let reach = rows.strips.rows(&batch.particles());
+    let (first, end) = (rows.first, rows.first + rows.count());
+    assert!(
+        reach.is_empty() || first <= reach.start && reach.end <= end,
+        "constraints on rows {reach:?} were given {first}..{end}"
+    );
+    let columns = Columns {
+        particles: rows
+            .particles
+            .as_mut_ptr()
+            .wrapping_sub(first * PARTICLES)
+            .cast(),
+        carry: rows.carry.as_ptr().wrapping_sub(first * CARRIES).cast(),
+        stride: MAX_WIDTH,
+    };
+    let pass = Pass {
+        blocks,
+        elements,
+        batch,
+        columns,
+    };
+    let lanes = instructions.widest();
+    match (multipliers.kept(), blocks.damped()) {
+        (None, false) if B::APART => instructions.run_in(lanes, Lean::<_, N, M, false>(pass)),
+        (None, true) if B::APART => instructions.run_in(lanes, Lean::<_, N, M, true>(pass)),
+        (kept, _) => instructions.run_in(lanes, Kept(pass, kept)),
+    }
+}
+
+/// The constraints of a batch, with the start of the rows of the body.
+///
+/// Invariant: the rows of the particles of the batch can be read and written there, and no other code
+/// does so.
+struct Pass<'a, B, const N: usize> {
+    blocks: &'a B,
+    elements: &'a Elements<N>,
+    batch: &'a Batch,
+    columns: Columns,
+}
+
+/// A pass that does not read multipliers.
+struct Lean<'a, B, const N: usize, const M: usize, const DAMPED: bool>(Pass<'a, B, N>);
+
+/// A pass that stores them, or one of a kernel that has no instances of its own without.
+struct Kept<'a, 'm, B, const N: usize, const M: usize>(Pass<'a, B, N>, Option<&'m mut [f32]>);
+
+impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWork
+    for Lean<'_, B, N, M, DAMPED>
+{
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let Self(pass) = self;
+        pass.each::<L>(
+            #[inline(always)]
+            |pattern, low, block, lanes| {
+                pass.solve::<L, M>(simd, (pattern, low), block, lanes, DAMPED, None);
+            },
+        );
+    }
+}
+
+impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Kept<'_, '_, B, N, M> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let Self(pass, mut kept) = self;
+        let offset = pass.batch.constraints().start;
+        let damped = pass.blocks.damped();
+        pass.each::<L>(
+            #[inline(always)]
+            |pattern, low, block, lanes| {
+                let start = (block.first - offset) * M;
+                let mut lambda = [simd.number(0.0); M];
+                if let Some(kept) = &kept {
+                    load_rows(simd, &kept[start..], lanes, &mut lambda);
+                }
+                let at = (pattern, low);
+                let change = pass.solve::<L, M>(simd, at, block, lanes, damped, Some(lambda));
+                if let Some(kept) = &mut kept {
+                    let mut next = lambda;
+                    for (next, change) in next.iter_mut().zip(change) {
+                        *next += change;
+                    }
+                    store_rows::<L, M>(simd, &mut kept[start..], lanes, &next);
+                }
+            },
+        );
+    }
+}
+
+/// Loads the multipliers of constraints in some lanes, stored constraint by constraint, as rows.
+#[inline(always)]
+fn load_rows<L: Lanes, const M: usize>(
+    simd: L,
+    kept: &[f32],
+    lanes: u32,
+    lambda: &mut [Floats<L>; M],
+) {
+    if M == 1 {
+        lambda[0] = simd.expand(kept, lanes);
+        return;
+    }
+    let mut rows = [[0.0; MAX_WIDTH]; M];
+    for (lane, kept) in set_bits(lanes).zip(kept.chunks_exact(M)) {
+        for (row, &lambda) in rows.iter_mut().zip(kept) {
+            row[lane] = lambda;
+        }
+    }
+    for (lambda, row) in lambda.iter_mut().zip(&rows) {
+        *lambda = simd.load(&row[..L::LANES]);
+    }
+}
+
+/// Stores them.
+#[inline(always)]
+fn store_rows<L: Lanes, const M: usize>(
+    simd: L,
+    kept: &mut [f32],
+    lanes: u32,
+    lambda: &[Floats<L>; M],
+) {
+    if M == 1 {
+        let count = lanes.count_ones() as usize;
+        if count == L::LANES {
+            lambda[0].store_slice(&mut kept[..L::LANES]);
+        } else {
+            let numbers = simd.compress(lambda[0], lanes);
+            kept[..count].copy_from_slice(&numbers.as_slice()[..count]);
+        }
+        return;
+    }
+    for (lane, kept) in set_bits(lanes).zip(kept.chunks_exact_mut(M)) {
+        for (kept, lambda) in kept.iter_mut().zip(lambda) {
+            *kept = lambda[lane];
+        }
+    }
+}
+
+impl<B, const N: usize> Pass<'_, B, N> {
+    /// Pattern by pattern, in parts of as many lanes as `L`: the first of these, the block, and its
+    /// lanes as bits.
+    #[inline(always)]
+    fn each<L: Lanes>(&self, mut solve: impl FnMut(&Pattern<N>, usize, &Block<N>, u32)) {
+        for (mut first, mut rest, patterns) in self.elements.patterns(self.batch) {
+            for pattern in patterns {
+                for low in parts::<L>() {
+                    let lanes = u32::from(pattern.lanes) >> low & ((1 << L::LANES) - 1);
+                    let (constraints, others) = rest.split_at(lanes.count_ones() as usize);
+                    if constraints.is_empty() {
+                        continue;
+                    }
+                    solve(
+                        pattern,
+                        low,
+                        &Block::of_some(constraints, first, lanes),
+                        lanes,
+                    );
+                    first += constraints.len();
+                    rest = others;
+                }
+            }
+        }
+    }
+
+    /// Projects a block and applies its corrections; returns the change of its multipliers.
+    #[inline(always)]
+    fn solve<L: Lanes, const M: usize>(
+        &self,
+        simd: L,
+        (pattern, low): (&Pattern<N>, usize),
+        block: &Block<N>,
+        lanes: u32,
+        damped: bool,
+        lambda: Option<[Floats<L>; M]>,
+    ) -> [Floats<L>; M]
+    where
+        B: Blocks<N, M>,
+    {
+        let places = pattern.corners.map(|spot| place(spot, low));
+        // SAFETY: the pattern is one of the batch: the invariant. A corner is at most as many lanes
+        // further on as a row has, and the component after the last one that is read belongs to it.
+        let gathered = unsafe { self.columns.gather::<L, N>(simd, &places, damped) };
+        let Gathered { mut shape, motion } = gathered;
+        let is_full = lanes.count_ones() as usize == L::LANES;
+        let used = <Floats<L> as SimdBase<L>>::Mask::from_bitmask(simd, lanes.into());
+        if !is_full {
+            // Lanes without a constraint must not take the path for degenerate ones.
+            let one = simd.number(1.0);
+            for (number, corner) in shape.iter_mut().enumerate() {
+                corner[3] = used.select(corner[3], one);
+                if number > 0 {
+                    corner[number - 1] = used.select(corner[number - 1], one);
+                }
+            }
+        }
+        let moved = damped.then_some(&motion);
+        let Projected { mut moves, change } =
+            self.blocks.project(simd, block, &shape, moved, lambda);
+        if !is_full {
+            for way in moves.as_flattened_mut() {
+                *way = used.select(*way, simd.number(-0.0));
+            }
+        }
+        // SAFETY: as above.
+        unsafe { self.columns.add(simd, &places, moves) };
+        change
+    }
+}
+
+/// Where a corner is for the lanes from `low` on.
+#[inline(always)]
+fn place(spot: Spot, low: usize) -> Place {
+    let lane = (spot.lane() + low) * size_of::<f32>();
+    Place {
+        particles: spot.row() * PARTICLES * size_of::<Line>() + lane,
+        carry: spot.row() * CARRIES * size_of::<Line>() + lane,
+    }
+}

@@ -1,0 +1,332 @@
+//! A body with the mesh of a grid is stepped in strips, one per lane: with the bits of the same order
+//! without lanes.
+
+use crate::{
+    all_effects::{self, samples},
+    support::{
+        body, chain, cube, damping, elastic_on_ground, pinned, random_vector, settings, state_bits,
+        with,
+    },
+    support_app::deterministic,
+};
+use glam::{UVec2, Vec2, Vec3};
+use pliant::{
+    mesh::Primitive,
+    solver::{
+        Body, Effects, ElasticKind, Instructions, Particles, Settings, StrainLimit, Stretch,
+        Threads, Volume, World,
+        advance::{Stage, StepContext, Watch},
+        deform::Random,
+    },
+};
+
+/// Steps bodies without lanes: a watch sees one task after the other.
+#[derive(Debug)]
+struct Bystander;
+
+impl Watch for Bystander {
+    fn observe(&self, _: Stage, work: &mut dyn FnMut()) {
+        work();
+    }
+}
+
+fn cloth(across: u32, along: u32) -> pliant::solver::RestShape {
+    let cells = UVec2::new(across, along);
+    Primitive::Cloth {
+        size: cells.as_vec2() * Vec2::splat(0.05),
+        cells,
+        diagonals: Default::default(),
+        shear: true,
+    }
+    .build()
+    .expect("sound")
+    .shape
+}
+
+/// Edges and tetrahedra, damped or not, in the air.
+fn elastic(tau: f32) -> Effects {
+    let plain = crate::support::elastic();
+    let damping = damping(tau);
+    Effects {
+        stretch: plain.stretch.map(|it| Stretch { damping, ..it }),
+        volume: plain.volume.map(|it| Volume { damping, ..it }),
+        ..Effects::default()
+    }
+}
+
+/// A body of strips, in motion, that hangs from a vertex.
+fn moving(shape: pliant::solver::RestShape, density: f32, effects: Effects) -> Body {
+    let mut body = pinned(with(body("grid", shape, density), effects), &[0]);
+    let mut random = Random::new(7);
+    for i in 1..body.particles.len() {
+        body.particles
+            .set_velocity(i, random_vector(&mut random, 0.5));
+    }
+    body.translate(Vec3::Y * 0.3);
+    assert!(body.topology.partitions.strips().is_some(), "it is a grid");
+    body
+}
+
+/// Performs ticks, in lanes unless they are watched.
+fn run(
+    body: &Body,
+    settings: &Settings,
+    (instructions, threads): (Instructions, usize),
+    watch: Option<&dyn Watch>,
+) -> Body {
+    let mut body = body.clone();
+    let world = World::default();
+    let threads = Threads::new(threads).expect("a valid number of threads");
+    for tick in 0..4 {
+        body.begin_tick();
+        body.advance(&StepContext {
+            settings,
+            time: f64::from(tick) * settings.tick_seconds(),
+            swept: &world.swept,
+            threads: &threads,
+            instructions,
+            watch,
+        });
+    }
+    body
+}
+
+/// Compares a body in lanes, with each set of instructions and on several threads, with the same
+/// without. Returns whether it was in lanes with the best ones.
+fn assert_equal(what: &str, body: &Body, settings: &Settings) -> bool {
+    let best = (Instructions::default(), 1);
+    let plain = run(body, settings, best, Some(&Bystander));
+    for instructions in Instructions::all() {
+        for threads in [1, 2, 3] {
+            let lanes = run(body, settings, (instructions, threads), None);
+            let what = format!("{what}, {}, {threads} threads", instructions.name());
+            let bits = |particles: &Particles| state_bits(particles);
+            assert_eq!(bits(&lanes.particles), bits(&plain.particles), "{what}");
+            assert_eq!(lanes.states, plain.states, "{what}: multipliers");
+            assert_eq!(lanes.quarantine, plain.quarantine, "{what}");
+        }
+    }
+    run(body, settings, best, None).states.bytes() > plain.states.bytes()
+}
+
+/// Each elastic effect, damped or not, with one iteration and with several; in the air, where
+/// particles stay in lanes, and on the ground.
+#[test]
+fn strips_have_the_bits_of_the_same_order_without_lanes() {
+    let mut in_lanes = Vec::new();
+    for (name, _, sample) in samples() {
+        let kind = ElasticKind::ALL.into_iter().find(|&kind| sample.has(kind));
+        let Some(kind) = kind else { continue };
+        let is_solid = matches!(kind, ElasticKind::Volume | ElasticKind::NeoHookean);
+        let under = elastic(0.0);
+        for (tau, iterations, on_ground) in [
+            (0.0, 1, false),
+            (0.0, 3, false),
+            (0.01, 1, false),
+            (0.01, 2, true),
+            (0.0, 1, true),
+        ] {
+            let mut effects = Effects {
+                stretch: elastic(tau).stretch,
+                ground: elastic_on_ground().ground.filter(|_| on_ground),
+                ..sample
+            };
+            if is_solid {
+                effects.volume = sample.volume.or(under.volume);
+            }
+            let settings = settings(9.81, 60.0, 3, iterations);
+            let shapes = match is_solid {
+                true => vec![cube(0.4, 8), cube(1.0, 20)],
+                false => vec![cloth(9, 7), cloth(20, 20), cloth(50, 45)],
+            };
+            for shape in shapes {
+                let body = moving(shape, if is_solid { 1000.0 } else { 0.2 }, effects);
+                let what = format!(
+                    "{name} on {} particles, {iterations} iterations",
+                    body.particles.len()
+                );
+                if assert_equal(&what, &body, &settings) {
+                    in_lanes.push(name);
+                }
+            }
+        }
+    }
+    in_lanes.dedup();
+    for name in [
+        "stretch",
+        "volume",
+        "neo_hookean",
+        "bend",
+        "isometric_bend",
+        "membrane",
+        "weave",
+        "strain_limit",
+    ] {
+        assert!(in_lanes.contains(&name), "{name} is not among {in_lanes:?}");
+    }
+}
+
+/// All elastic effects together, damped.
+#[test]
+fn all_elastic_effects_together() {
+    let effects = all_effects::elastic(damping(0.01));
+    for (shape, density) in [(cloth(20, 20), 0.2), (cube(0.4, 8), 1000.0)] {
+        let body = moving(shape, density, effects);
+        let settings = settings(9.81, 60.0, 3, 2);
+        assert!(assert_equal("all", &body, &settings), "it is in lanes");
+    }
+}
+
+/// One effect fills the lanes, another does not and is solved between, without lanes.
+#[test]
+fn effects_in_lanes_and_others_take_turns() {
+    let (_, _, bend) = samples()
+        .into_iter()
+        .find(|(name, ..)| *name == "bend")
+        .expect("a sample");
+    for (tau, iterations) in [(0.0, 1), (0.02, 3)] {
+        let effects = Effects {
+            bend: bend.bend,
+            strain_limit: Some(StrainLimit::default()),
+            ..elastic(tau)
+        };
+        // The folds of the surface of a solid do not repeat as its cells do.
+        let body = moving(cube(1.0, 20), 1000.0, effects);
+        let settings = settings(9.81, 60.0, 4, iterations);
+        assert!(assert_equal("both", &body, &settings), "it is in lanes");
+    }
+}
+
+/// Far too fast: a particle diverges in the middle of a tick, in one partition and in several.
+#[test]
+fn divergence_in_lanes_is_that_without() {
+    for cells in [20, 60] {
+        for on_ground in [false, true] {
+            let effects = match on_ground {
+                true => elastic_on_ground(),
+                false => elastic(0.0),
+            };
+            let effects = Effects {
+                volume: None,
+                ..effects
+            };
+            let mut body = moving(cloth(cells, cells), 0.2, effects);
+            let middle = body.particles.len() / 2;
+            body.particles.set_velocity(middle, Vec3::Y * 3e38);
+            let settings = settings(9.81, 60.0, 4, 1);
+            let best = (Instructions::default(), 1);
+            let [lanes, plain] = [None, Some(&Bystander as &dyn Watch)]
+                .map(|watch| run(&body, &settings, best, watch));
+            assert!(lanes.quarantine.is_some(), "it diverges");
+            assert_eq!(lanes.quarantine, plain.quarantine);
+            assert_eq!(state_bits(&lanes.particles), state_bits(&plain.particles));
+        }
+    }
+}
+
+/// The state that a failed tick is left in, before it is restored: positions are finite, and the
+/// failing particle is the same.
+#[test]
+fn a_failed_tick_leaves_the_state_of_the_substep_before() {
+    let mut body = moving(
+        cloth(20, 20),
+        0.2,
+        Effects {
+            volume: None,
+            ..elastic(0.0)
+        },
+    );
+    body.particles.set_velocity(200, Vec3::Y * 3e38);
+    let settings = settings(9.81, 60.0, 4, 1);
+    let world = World::default();
+    let [lanes, plain] = [None, Some(&Bystander as &dyn Watch)].map(|watch| {
+        let mut body = body.clone();
+        body.begin_tick();
+        let context = StepContext {
+            settings: &settings,
+            time: 0.0,
+            swept: &world.swept,
+            threads: &world.threads,
+            instructions: world.instructions,
+            watch,
+        };
+        let error = body.stepper().advance(0..4, &context);
+        (error.expect_err("it diverges"), body)
+    });
+    assert_eq!(lanes.0, plain.0);
+    assert!(lanes.1.particles.positions.iter().all(|p| p.is_finite()));
+    // Where a displacement is not a number, its bits mean nothing.
+    let numbers = |body: &Body| {
+        let [positions, displacements, carry] = state_bits(&body.particles);
+        let finite = |bits: &u32| f32::from_bits(*bits).is_finite();
+        let displacements = displacements.as_flattened().iter().filter(|it| finite(it));
+        (positions, displacements.copied().collect::<Vec<_>>(), carry)
+    };
+    assert_eq!(numbers(&lanes.1), numbers(&plain.1));
+}
+
+/// Stages one by one, threads, Bevy and snapshots agree with whole ticks.
+#[test]
+fn stages_threads_and_snapshots_agree() {
+    for effects in [elastic_on_ground(), elastic(0.01)] {
+        let cube = moving(cube(0.4, 8), 1000.0, effects);
+        let sheet = Effects {
+            volume: None,
+            ..effects
+        };
+        let cloth = moving(cloth(47, 47), 0.2, sheet);
+        let world = World {
+            settings: settings(9.81, 60.0, 5, 1),
+            bodies: vec![cube, cloth],
+            ..World::default()
+        };
+        deterministic(world, 20);
+    }
+}
+
+/// Whatever the size, constraints that are solved together share no particle, and each is solved.
+#[test]
+fn patterns_cover_all_constraints_of_grids() {
+    for shape in [
+        cloth(3, 3),
+        cloth(7, 100),
+        cloth(100, 7),
+        cloth(64, 64),
+        cube(0.4, 8),
+        cube(0.4, 16),
+    ] {
+        let (edges, tetrahedra) = (shape.edges.len(), shape.tetrahedra.len());
+        let body = body("grid", shape, 1.0);
+        let topology = &body.topology;
+        let elements = &topology.edges.elements;
+        let mut seen = 0;
+        for batch in elements.batches() {
+            for (_, group) in elements.groups(batch) {
+                let mut all: Vec<u32> = group.iter().flatten().map(|it| it.particle()).collect();
+                let count = all.len();
+                all.sort_unstable();
+                all.dedup();
+                assert_eq!(all.len(), count, "a color has each particle once");
+                seen += group.len();
+            }
+        }
+        assert_eq!(seen, edges);
+        assert_eq!(topology.tetrahedra.corners().len(), tetrahedra);
+    }
+}
+
+/// A grid of a few cells, a rope and a filled surface are not cut into strips, as few lanes would be
+/// used.
+#[test]
+fn bodies_without_patterns_are_not_cut_into_strips() {
+    let bunny = pliant::scene::asset::load("bunny").expect("built in");
+    let options = pliant::mesh::BuildOptions {
+        cells: Some(5),
+        ..Default::default()
+    };
+    let bunny = pliant::mesh::build(bunny, &options).expect("sound").shape;
+    for shape in [cube(0.4, 1), chain(64, 0.1), bunny] {
+        let body = body("no grid", shape, 1.0);
+        assert_eq!(body.topology.partitions.strips(), None);
+    }
+}
