@@ -51,12 +51,6 @@ pub struct Pattern<const N: usize> {
 }
 
 impl<const N: usize> Pattern<N> {
-    /// Number of its constraints.
-    #[must_use]
-    pub const fn len(&self) -> usize {
-        self.lanes.count_ones() as usize
-    }
-
     /// Row of each corner.
     pub(super) fn rows(&self) -> [u32; N] {
         self.corners.map(|corner| corner.row() as u32)
