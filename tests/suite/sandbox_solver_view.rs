@@ -65,7 +65,7 @@ fn star() -> Topology {
 fn check<const N: usize>(topology: &Topology, elements: &Elements<N>) {
     let places = places(elements);
     assert_eq!(places.len(), elements.corners().len());
-    let mut blocks: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+    let mut blocks: BTreeMap<(usize, usize), Vec<(usize, [u32; N])>> = BTreeMap::new();
     let mut touched = BTreeMap::new();
     for (index, (place, corners)) in places.iter().zip(elements.corners()).enumerate() {
         let Some(Turn { partition, color }) = place.turn else {
@@ -75,17 +75,22 @@ fn check<const N: usize>(topology: &Topology, elements: &Elements<N>) {
         blocks
             .entry((partition, color))
             .or_default()
-            .push(place.lane);
+            .push((place.lane, corners));
         for corner in corners {
             let other = touched.insert((partition, color, corner), index);
             assert_eq!(other, None, "constraint {index} shares particle {corner}");
         }
     }
     for ((partition, color), lanes) in blocks {
-        for (index, lane) in lanes.into_iter().enumerate() {
+        for (index, (lane, corners)) in lanes.into_iter().enumerate() {
+            // The lowest strip of a corner, or the next lane of a block.
+            let strip = elements.strips().and_then(|strips| {
+                let lanes = corners.iter().map(|&corner| strips.place(corner).lane());
+                lanes.min()
+            });
             assert_eq!(
                 lane,
-                index % WIDTH,
+                strip.unwrap_or(index % WIDTH),
                 "in color {color} of partition {partition}"
             );
         }

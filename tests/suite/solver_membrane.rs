@@ -344,11 +344,11 @@ fn triangles_that_collapsed_to_a_point_open_again() {
         run(&mut world, 2.0);
         let body = &world.bodies[0];
         assert!(body.quarantine.is_none());
-        // Triangles have recovered except for a percent of the stored energy; without bending, the
-        // direction of folds is undetermined.
+        // Triangles have recovered, except for the energy of fewer than two of the 128: without bending,
+        // the direction of folds is undetermined, and some lock each other in the plane.
         let fraction = energy(body) / before;
         assert!(
-            fraction < 0.01,
+            fraction < 2.0 / 128.0,
             "{fraction} of {before} J is left: {effects:?}"
         );
     }

@@ -62,9 +62,7 @@ impl InStrips {
                 .any(|kind| effects.damping(kind).is_some_and(|it| it.get() > 0.0)),
         })
     }
-}
 
-impl InStrips {
     /// Whether positions and carries move in lanes.
     pub fn stay(&self) -> bool {
         self.stay

@@ -12,7 +12,10 @@ use crate::{
         render::material::PALETTE,
         ui::{count, theme},
     },
-    solver::{kernel::WIDTH, topology::partitions::MIN_CUT},
+    solver::{
+        kernel::{MAX_WIDTH, WIDTH},
+        topology::partitions::MIN_CUT,
+    },
 };
 
 /// Maximum width of the legend [logical px].
@@ -30,7 +33,8 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
             kinds(summary, |filling| filling.colors.to_string()),
         ),
         SolverView::Lanes => format!(
-            "Blocks of {WIDTH} constraints are solved together, one SIMD lane each. Lanes in use: {}.",
+            "Blocks of {WIDTH} constraints are solved together, one SIMD lane each; in a grid, patterns of up to \
+             {MAX_WIDTH}, of which every eighth has the same color. Lanes in use: {}.",
             kinds(summary, |filling| {
                 let fraction = filling.fraction().unwrap_or_default();
                 format!("{:.0} %", fraction * 100.0)

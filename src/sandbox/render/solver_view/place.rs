@@ -8,7 +8,11 @@ use bevy::prelude::*;
 use crate::{
     render::distinct_color,
     sandbox::render::material::{PALETTE, linear},
-    solver::{Topology, kernel::WIDTH, topology::order::Elements},
+    solver::{
+        Topology,
+        kernel::{MAX_WIDTH, WIDTH},
+        topology::order::Elements,
+    },
 };
 
 /// Position of a constraint in the solution order.
@@ -16,7 +20,7 @@ use crate::{
 pub struct Slot {
     /// Partition and color; `None` for an overflow constraint, which is solved alone.
     pub turn: Option<Turn>,
-    /// Lane in its block, from 0 to 7.
+    /// Lane in its block, from 0 to 7; in the pattern of a grid, to 15.
     pub lane: usize,
 }
 
@@ -38,13 +42,16 @@ pub fn places<const N: usize>(elements: &Elements<N>) -> Vec<Slot> {
     };
     let mut places = vec![alone; elements.corners().len()];
     for batch in elements.batches() {
-        for (color, (first, group)) in elements.groups(batch).enumerate() {
+        for (color, (first, group, patterns)) in elements.patterns(batch).enumerate() {
             let turn = batch.partition().map(|partition| Turn { partition, color });
-            for (index, place) in places[first..][..group.len()].iter_mut().enumerate() {
-                *place = Slot {
-                    turn,
-                    lane: index % WIDTH,
-                };
+            let strips = patterns.iter().flat_map(|pattern| {
+                let lanes = pattern.lanes;
+                (0..MAX_WIDTH).filter(move |lane| lanes >> lane & 1 == 1)
+            });
+            // Without patterns, the lanes of one block after the other.
+            let lanes = strips.chain((0..WIDTH).cycle());
+            for (place, lane) in places[first..][..group.len()].iter_mut().zip(lanes) {
+                *place = Slot { turn, lane };
             }
         }
     }
@@ -58,7 +65,7 @@ impl Slot {
     #[must_use]
     pub fn tint(self, view: SolverView, first_partition: usize) -> Vec3 {
         match (view, self.turn) {
-            (SolverView::Lanes, _) => linear(PALETTE[self.lane]),
+            (SolverView::Lanes, _) => linear(PALETTE[self.lane % WIDTH]),
             (SolverView::Partitions, Some(turn)) => distinct(first_partition + turn.partition),
             (SolverView::Colors, Some(turn)) => distinct(turn.color),
             (SolverView::Off, _) | (_, None) => Vec3::ONE,
@@ -135,12 +142,15 @@ impl Summary {
     fn fill<const N: usize>(&mut self, elements: &Elements<N>) -> Filling {
         let mut filling = Filling::default();
         for batch in elements.batches() {
-            let groups = elements.groups(batch);
+            let groups = elements.patterns(batch);
             let mut colors = 0;
-            for (_, group) in groups {
+            for (_, group, patterns) in groups {
                 colors += 1;
                 filling.constraints += group.len();
-                filling.lanes += group.len().next_multiple_of(WIDTH);
+                filling.lanes += match patterns.len() {
+                    0 => group.len().next_multiple_of(WIDTH),
+                    patterns => patterns * MAX_WIDTH,
+                };
             }
             if batch.partition().is_some() {
                 filling.colors = filling.colors.max(colors);
