@@ -106,7 +106,9 @@ fn assert_equal(what: &str, body: &Body, settings: &Settings) -> bool {
             assert_eq!(lanes.quarantine, plain.quarantine, "{what}");
         }
     }
-    run(body, settings, best, None).states.bytes() > plain.states.bytes()
+    // With other instructions only nearly full lanes pay.
+    let may_stay = !Instructions::default().name().starts_with("AVX");
+    may_stay || run(body, settings, best, None).states.bytes() > plain.states.bytes()
 }
 
 /// Each elastic effect, damped or not, with one iteration and with several; in the air, where

@@ -5,10 +5,11 @@
 use glam::{DVec3, UVec2, Vec3};
 use pliant_solver::{
     Bend, Body, Collide, Collider, ColliderShape, Compliance, Contact, Damping, Density, Direct,
-    Effects, Force, Grab, Ground, IsometricBend, Iterations, Membrane, NeoHookean, ParticleIndex,
-    Particles, Plasticity, Pose, Pressure, RestShape, Rod, SelfContact, ShapeMatching,
-    SmoothingIterations, StickyGround, Stitch, StitchEnd, Stitches, StrainLimit, Stretch, Struts,
-    Substeps, SurfacePoint, Tethers, Threads, Topology, VertexIndex, Volume, Weave, Wind, World,
+    Effects, Force, Grab, Ground, Instructions, IsometricBend, Iterations, Membrane, NeoHookean,
+    ParticleIndex, Particles, Plasticity, Pose, Pressure, RestShape, Rod, SelfContact,
+    ShapeMatching, SmoothingIterations, StickyGround, Stitch, StitchEnd, Stitches, StrainLimit,
+    Stretch, Struts, Substeps, SurfacePoint, Tethers, Threads, Topology, VertexIndex, Volume,
+    Weave, Wind, World,
     kernel::{
         Block, Blocks, Columns, Floats, Lanes, Projected, Vectors, difference, iterate, scaled,
     },
@@ -218,7 +219,13 @@ fn strips_of_a_grid() {
         ground: Some(Ground::default()),
         ..in_the_air
     };
-    for cells in [UVec2::new(6, 6), UVec2::new(31, 15)] {
+    // Miri sees everything in lanes; elsewhere that depends on the instructions.
+    let is_sure = cfg!(miri) || Instructions::default().name().starts_with("AVX");
+    let sizes = match cfg!(miri) {
+        true => [UVec2::new(6, 5), UVec2::new(31, 15)],
+        false => [UVec2::new(20, 20), UVec2::new(90, 24)],
+    };
+    for cells in sizes {
         for (effects, iterations) in [(in_the_air, 1), (on_the_ground, 2)] {
             let mut body = body(sheet(cells), effects);
             assert!(body.topology.partitions.strips().is_some(), "it is a grid");
@@ -228,8 +235,13 @@ fn strips_of_a_grid() {
             here.tick();
             assert_finite(&here);
             let columns = here.bodies[0].states.bytes() - before;
-            assert!(columns >= rows, "they are in lanes: {columns} bytes");
-            assert_same_on_two_threads(&here);
+            assert!(
+                columns >= rows || !is_sure,
+                "they are in lanes: {columns} bytes"
+            );
+            if body.topology.partitions.count() > 1 {
+                assert_same_on_two_threads(&here);
+            }
             body.particles.set_velocity(3, Vec3::Y * 3e38);
             here.bodies = vec![body];
             here.tick();
@@ -238,10 +250,10 @@ fn strips_of_a_grid() {
     }
 }
 
-/// Strips of another grid of as many particles.
+/// Strips of another grid of as many particles; or they are not solved in strips.
 #[test]
 fn constraints_of_other_strips_are_refused() {
-    let [wide, long] = [UVec2::new(11, 5), UVec2::new(5, 11)].map(|cells| {
+    let [wide, long] = [UVec2::new(11, 4), UVec2::new(4, 11)].map(|cells| {
         let effects = Effects {
             stretch: Some(Stretch::default()),
             ..Effects::default()
@@ -249,13 +261,19 @@ fn constraints_of_other_strips_are_refused() {
         body(sheet(cells), effects)
     });
     let strips = [&wide, &long].map(|it| it.topology.partitions.strips());
-    assert!(strips[0].is_some() && strips[0] != strips[1], "{strips:?}");
+    assert!(
+        strips[0].is_some() && strips[1].is_some() && strips[0] != strips[1],
+        "{strips:?}"
+    );
     let mut mixed = wide.clone();
     let topology = Arc::make_mut(&mut mixed.topology);
     topology.partitions = Arc::clone(&long.topology.partitions);
     let mut mixed = world(vec![mixed], [2, 1]);
     let result = catch_unwind(AssertUnwindSafe(|| mixed.tick()));
-    assert!(result.is_err() || strips[1].is_none(), "it is refused");
+    match result {
+        Ok(()) => assert_finite(&mixed),
+        Err(_) => assert!(Instructions::default().name() == "AVX-512" || cfg!(miri)),
+    }
 }
 
 /// What has a state of the whole body, or of each particle, and passes that add up sums.
