@@ -36,8 +36,8 @@ pub(super) fn flat_mut(lines: &mut [Line]) -> &mut [f32] {
     unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr().cast(), size_of_val(lines) / 4) }
 }
 
-/// Rows of particles with their carries: the mutable columns, of which the lanes of `L` from
-/// `first` on are meant; a component has a number in each of `stride` lanes.
+/// Rows of particles with their carries. A component has a number in each of `stride` lanes; a pass
+/// works on as many lanes as its instruction set has, from lane `first` on.
 pub(super) struct Rows<'a> {
     pub particles: &'a mut [f32],
     pub carry: &'a mut [f32],
@@ -207,7 +207,7 @@ impl Columns {
     }
 }
 
-/// Numbers in all lanes, so many bytes and then so many numbers from the start of a column.
+/// Numbers in all lanes, at an offset from the start of a column: `bytes` plus `numbers`.
 ///
 /// # Safety
 /// They can be read.

@@ -273,10 +273,7 @@ impl SimdWork for End<'_, '_> {
         }
         for low in parts::<L>() {
             rows.first = low;
-            match self.push {
-                Some(push) => rows.end(simd, Some(push)),
-                None => rows.end(simd, None),
-            }
+            rows.end(simd, self.push);
         }
     }
 }

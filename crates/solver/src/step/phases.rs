@@ -53,8 +53,9 @@ pub(crate) enum Task {
 }
 
 impl Task {
-    /// Stage of the task; [`EndAndBegin`](Self::EndAndBegin) counts as the last stage, and what moves
-    /// particles into lanes, where nobody observes it, too.
+    /// Stage of the task; [`EndAndBegin`](Self::EndAndBegin), [`Load`](Self::Load) and
+    /// [`Store`](Self::Store) count as the last stage. A [`Watch`](super::stepper::Watch) sees no
+    /// `Load` and no `Store`: a body that is observed is not stepped in strips.
     pub fn stage(self) -> Stage {
         match self {
             Self::Force { kind, .. } => Stage::Force(kind),
