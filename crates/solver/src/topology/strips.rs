@@ -63,19 +63,22 @@ pub(super) struct Found<const N: usize> {
     pub members: Range<usize>,
 }
 
-/// Bodies in which constraints have fewer lanes on average are not cut into strips.
-const MIN_FILL: f32 = 0.6;
+/// Bodies in which constraints have fewer lanes on average are not cut into strips. Miri is too slow
+/// for bodies of several lines that fill so many.
+const MIN_FILL: f32 = if cfg!(miri) { 0.2 } else { 0.6 };
 
 /// Number of the most frequent differences between the particles of an edge that are considered.
 const DIFFERENCES: usize = 6;
 
 /// Constraints of a kind that fill fewer lanes are ordered as if there were no strips.
-const MIN_FILL_OF_KIND: f32 = 0.4;
+const MIN_FILL_OF_KIND: f32 = if cfg!(miri) { 0.2 } else { 0.4 };
 
-/// Maximum number of particles in a line of a body of several partitions, and of an eighth of them:
-/// there are at least eight partitions.
+/// Maximum number of particles in a line of a body of several partitions.
 const LONGEST: u32 = 1024;
-const LINES: u32 = 8;
+
+/// Minimum number of lines of such a body, each of which is a partition or a part of one. Miri is too
+/// slow for the bodies that have so many.
+const LINES: u32 = if cfg!(miri) { 4 } else { 8 };
 
 /// Maximum number of rows of a grid in such a line.
 const MULTIPLES: u32 = 8;
