@@ -7,9 +7,9 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{cross, difference, dot},
-        block::{Ask, Block, Blocks, LaneRow, Projected, any, solve_rows},
+        block::{Ask, Block, Blocks, LaneRow, Means, Projected, any, solve_rows},
     },
-    lanes::{Columns, Floats, Instructions, Lanes, Vectors, arc_tangent},
+    lanes::{Columns, Floats, Lanes, Vectors, arc_tangent},
     order::{Corner, Elements},
     topology::{
         Hinges,
@@ -165,12 +165,12 @@ pub(crate) fn any_folded(
     cosine: f32,
     hinges: &Hinges,
     particles: &Particles,
-    instructions: Instructions,
-    counts: impl Fn([u32; 4]) -> bool,
+    means: Means,
+    counts: impl Fn([u32; 4]) -> bool + Sync,
 ) -> bool {
     let now = (&particles.positions[..], &particles.carry[..]);
     let folded = Folded { cosine, counts };
-    any(&hinges.elements, now, instructions, &folded)
+    any(&hinges.elements, now, means, &folded)
 }
 
 /// Bound of the rounding error of n₁·n₂ − cos θ ‖n₁‖‖n₂‖ relative to ‖e‖²‖a‖‖b‖, where n₁ = e × a
@@ -182,9 +182,11 @@ struct Folded<F> {
     counts: F,
 }
 
-impl<F: Fn([u32; 4]) -> bool> Ask<4> for Folded<F> {
+impl<F: Fn([u32; 4]) -> bool + Sync> Ask<4> for Folded<F> {
+    type Notes = ();
+
     #[inline(always)]
-    fn holds<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4]) -> bool {
+    fn holds<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4], (): &mut ()) -> bool {
         let edge = difference(&x[1], &x[0]);
         let (first, second) = (difference(&x[2], &x[0]), difference(&x[3], &x[0]));
         let (n1, n2) = (cross(&edge, &first), cross(&second, &edge));
@@ -274,9 +276,9 @@ impl Blocks<4, 1> for Kernel<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{RestShape, kernel::random::Draws};
+    use crate::{Instructions, RestShape, Threads, kernel::random::Draws};
     use glam::{Vec3, vec3};
-    use std::cell::RefCell;
+    use std::sync::Mutex;
 
     const SIDE: u32 = 12;
 
@@ -317,19 +319,19 @@ mod tests {
             });
             let particles = Particles::at_rest(places);
             for instructions in Instructions::all() {
-                let found = RefCell::new(Vec::new());
+                let found = Mutex::new(Vec::new());
                 let note = |corners| {
-                    found.borrow_mut().push(corners);
+                    found.lock().expect("no panic").push(corners);
                     false
                 };
                 assert!(!any_folded(
                     COSINE as f32,
                     hinges,
                     &particles,
-                    instructions,
+                    (instructions, &Threads::default()),
                     note
                 ));
-                let found = found.into_inner();
+                let found = found.into_inner().expect("no panic");
                 for corners in hinges.corners() {
                     let x = corners.map(|i| particles.position(i as usize));
                     let [n1, n2] = normals(x);

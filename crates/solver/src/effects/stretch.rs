@@ -7,15 +7,16 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{difference, dot, scaled},
-        block::{Ask, Block, Blocks, Projected, any},
+        block::{Ask, Block, Blocks, Means, Projected, any},
     },
-    lanes::{Columns, Floats, Instructions, Lanes, Vectors},
+    lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
-    topology::Edges,
+    topology::{Edges, partitions::MAX_BATCHES},
 };
 use fearless_simd::prelude::*;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Edges resist changes of length.
 ///
@@ -156,11 +157,11 @@ pub(crate) fn any_short(
     bounds: [f32; 2],
     kernel: &Kernel,
     particles: &Particles,
-    instructions: Instructions,
+    means: Means,
 ) -> bool {
-    let short = Short { bounds, kernel };
     let predicted = (&particles.positions[..], &particles.displacements[..]);
-    any(&kernel.edges.elements, predicted, instructions, &short)
+    let short = Short { bounds, kernel };
+    any(&kernel.edges.elements, predicted, means, &short)
 }
 
 /// Whether any edge is shorter than a fraction of its rest length now; edges within a thousandth of
@@ -169,12 +170,12 @@ pub(crate) fn any_crushed(
     fraction: f32,
     kernel: &Kernel,
     particles: &Particles,
-    instructions: Instructions,
+    means: Means,
 ) -> bool {
     let bounds = [fraction * 1.001, f32::INFINITY];
     let now = (&particles.positions[..], &particles.carry[..]);
     let short = Short { bounds, kernel };
-    any(&kernel.edges.elements, now, instructions, &short)
+    any(&kernel.edges.elements, now, means, &short)
 }
 
 struct Short<'a> {
@@ -183,8 +184,16 @@ struct Short<'a> {
 }
 
 impl Ask<2> for Short<'_> {
+    type Notes = ();
+
     #[inline(always)]
-    fn holds<L: Lanes>(&self, simd: L, block: &Block<2>, [a, b]: &[Columns<L>; 2]) -> bool {
+    fn holds<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        [a, b]: &[Columns<L>; 2],
+        (): &mut (),
+    ) -> bool {
         let Coefficients {
             alpha,
             alpha_per_length,
@@ -201,6 +210,68 @@ impl Ask<2> for Short<'_> {
         let change = (rest_length - length) * weight;
         let tangled = change.simd_gt(rest_length * tangled * (weight + given));
         (crushed | tangled).any_true()
+    }
+}
+
+/// The sum of the changes of length by which a projection would shorten the edges, and the sum of
+/// their rest lengths [m]: changes in single precision, sums in double precision.
+pub(crate) fn changes(kernel: &Kernel, particles: &Particles, means: Means) -> [f64; 2] {
+    let now = (&particles.positions[..], &particles.carry[..]);
+    let changes = Changes {
+        kernel,
+        sums: [const { [const { AtomicU64::new(0) }; 2] }; MAX_BATCHES],
+    };
+    any(&kernel.edges.elements, now, means, &changes);
+    // Batch by batch, whatever the threads.
+    let sums = changes.sums.into_iter();
+    sums.fold([0.0; 2], |sums, batch| {
+        let [change, rest_length] = batch.map(|it| f64::from_bits(it.into_inner()));
+        [sums[0] + change, sums[1] + rest_length]
+    })
+}
+
+struct Changes<'a> {
+    kernel: &'a Kernel<'a>,
+    /// Of each batch.
+    sums: [[AtomicU64; 2]; MAX_BATCHES],
+}
+
+impl Ask<2> for Changes<'_> {
+    /// The change and the rest length [m].
+    type Notes = [f64; 2];
+
+    #[inline(always)]
+    fn holds<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        [a, b]: &[Columns<L>; 2],
+        notes: &mut [f64; 2],
+    ) -> bool {
+        let Coefficients {
+            alpha,
+            alpha_per_length,
+            ..
+        } = self.kernel.coefficients;
+        let rest_length = block.column(simd, &self.kernel.edges.rest_length);
+        let d = difference(b, a);
+        let length = dot(&d, &d).sqrt();
+        let weight = a[3] + b[3];
+        let given = rest_length * alpha_per_length + alpha;
+        let least = simd.number(f32::MIN_POSITIVE);
+        let change = (length - rest_length) * weight / (weight + given).max(least);
+        for (sum, row) in notes.iter_mut().zip([change, rest_length]) {
+            for &of_edge in &row.as_slice()[..block.lanes] {
+                *sum += f64::from(of_edge);
+            }
+        }
+        false
+    }
+
+    fn take(&self, batch: usize, notes: [f64; 2]) {
+        for (sum, of_batch) in self.sums[batch].iter().zip(notes) {
+            sum.store(of_batch.to_bits(), Ordering::Relaxed);
+        }
     }
 }
 

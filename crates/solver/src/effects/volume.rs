@@ -7,10 +7,10 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{Arithmetic, cross, difference, dot, scaled},
-        block::{Ask, Block, Blocks, Projected, any},
+        block::{Ask, Block, Blocks, Means, Projected, any},
         geometry::volume_and_gradients,
     },
-    lanes::{Columns, Floats, Instructions, Lanes, Vectors},
+    lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
     topology::{self, Tetrahedra},
 };
@@ -110,13 +110,13 @@ pub(crate) fn any_below(
     fraction: f32,
     topology: &Topology,
     particles: &Particles,
-    instructions: Instructions,
+    means: Means,
 ) -> bool {
     let tetrahedra = &topology.tetrahedra;
     any(
         &tetrahedra.elements,
         (&particles.positions, &particles.displacements),
-        instructions,
+        means,
         &Below {
             fraction,
             tetrahedra,
@@ -130,8 +130,10 @@ struct Below<'a> {
 }
 
 impl Ask<4> for Below<'_> {
+    type Notes = ();
+
     #[inline(always)]
-    fn holds<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4]) -> bool {
+    fn holds<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4], (): &mut ()) -> bool {
         let rest_volume = block.column(simd, &self.tetrahedra.rest_volume);
         let (a, b, c) = (
             difference(&x[1], &x[0]),

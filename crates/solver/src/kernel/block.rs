@@ -16,6 +16,7 @@
 use super::arithmetic::{dot, scaled};
 use crate::effects::multipliers::Multipliers;
 use crate::{
+    Threads,
     lanes::{
         Columns, Floats, Gathered, Instructions, Lanes, MAX_WIDTH, Origins, SimdWork, Vectors,
         gather, scatter_add, set_bits,
@@ -26,6 +27,7 @@ use crate::{
 };
 use fearless_simd::prelude::*;
 use glam::Vec4;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Constraints on `N` particles each, with `M` equations each, that are projected in lanes.
 pub trait Blocks<const N: usize, const M: usize>: Sync {
@@ -278,23 +280,38 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     }
 }
 
-/// A predicate on constraints.
-pub(crate) trait Ask<const N: usize> {
-    /// Whether it is true for any constraint of a block, with `x` the corners relative to the
+/// A question about constraints, which several threads may ask.
+pub(crate) trait Ask<const N: usize>: Sync {
+    /// What is noted from block to block of a batch.
+    type Notes: Default;
+
+    /// Whether the answer is yes for any constraint of a block, with `x` the corners relative to the
     /// first.
-    fn holds<L: Lanes>(&self, simd: L, block: &Block<N>, x: &[Columns<L>; N]) -> bool;
+    fn holds<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<N>,
+        x: &[Columns<L>; N],
+        notes: &mut Self::Notes,
+    ) -> bool;
+
+    /// Takes the notes about a batch, by its number, unless the answer was yes; nothing by default.
+    fn take(&self, _batch: usize, _notes: Self::Notes) {}
 }
 
-/// Whether the predicate is true for any constraint, with the particles at their `positions`
-/// displaced by `offsets`: displacements for the position predicted by inertia for the next
-/// substep, carries for the current one.
+/// Instructions and threads to use.
+pub(crate) type Means<'a> = (Instructions, &'a Threads);
+
+/// Whether the answer is yes for any constraint, with the particles at their `positions` displaced by
+/// `offsets`: displacements for the position predicted by inertia for the next substep, carries for
+/// the current one. No further batch is begun then.
 ///
 /// # Panics
 /// If there are fewer particles than the constraints require.
 pub(crate) fn any<const N: usize>(
     elements: &Elements<N>,
     (positions, offsets): (&[Vec4], &[Vec4]),
-    instructions: Instructions,
+    (instructions, threads): Means,
     ask: &impl Ask<N>,
 ) -> bool {
     let count = positions.len();
@@ -307,50 +324,67 @@ pub(crate) fn any<const N: usize>(
         reach.max().unwrap_or(0) <= count,
         "constraints have particles"
     );
-    let mut found = false;
-    instructions.run(Questioned {
-        elements,
-        origins: Origins {
-            positions: positions.as_ptr(),
-            displacements: offsets.as_ptr().cast_mut(),
-            carry: offsets.as_ptr(),
-        },
-        ask,
-        found: &mut found,
-    });
-    found
+    let next = AtomicUsize::new(0);
+    let found = AtomicBool::new(false);
+    let work = |_| {
+        while !found.load(Ordering::Relaxed)
+            && let batch = next.fetch_add(1, Ordering::Relaxed)
+            && batch < elements.batches().len()
+        {
+            instructions.run(Questioned {
+                elements,
+                batch,
+                origins: Origins {
+                    positions: positions.as_ptr(),
+                    displacements: offsets.as_ptr().cast_mut(),
+                    carry: offsets.as_ptr(),
+                },
+                ask,
+                found: &found,
+            });
+        }
+    };
+    if threads.pays(elements.corners().len()) {
+        threads.run(&work);
+    } else {
+        work(0);
+    }
+    found.into_inner()
 }
 
-/// All constraints, with pointers to their particles.
+/// A batch, with pointers to its particles.
 ///
 /// Invariant: all particles can be read at the origins. Nothing is written there.
 struct Questioned<'a, const N: usize, A> {
     elements: &'a Elements<N>,
+    batch: usize,
     origins: Origins,
     ask: &'a A,
-    found: &'a mut bool,
+    found: &'a AtomicBool,
 }
 
 impl<const N: usize, A: Ask<N>> SimdWork for Questioned<'_, N, A> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        for batch in self.elements.batches() {
-            for (first, group) in self.elements.groups(batch) {
-                blocks::<L, N>(
-                    (first, group),
-                    #[inline(always)]
-                    |block| {
-                        // SAFETY: the invariant.
-                        let gathered =
-                            unsafe { gather::<L, N, false>(simd, self.origins, block.corners) };
-                        *self.found |= self.ask.holds(simd, block, &gathered.shape);
-                    },
-                );
-                if *self.found {
-                    return;
-                }
+        let batch = &self.elements.batches()[self.batch];
+        let mut notes = A::Notes::default();
+        for (first, group) in self.elements.groups(batch) {
+            let mut found = false;
+            blocks::<L, N>(
+                (first, group),
+                #[inline(always)]
+                |block| {
+                    // SAFETY: the invariant.
+                    let gathered =
+                        unsafe { gather::<L, N, false>(simd, self.origins, block.corners) };
+                    found |= self.ask.holds(simd, block, &gathered.shape, &mut notes);
+                },
+            );
+            if found {
+                return self.found.store(true, Ordering::Relaxed);
             }
         }
+        self.ask.take(self.batch, notes);
     }
 }
 

@@ -2,10 +2,19 @@
 
 use super::{Body, Past};
 use crate::{
-    Effects, Settings, Stitches, Topology, contact::collider::SweptCollider, contact::exit,
-    contact::pairs::Tangible, force::Force, force::Moment, force::Mote, force::VisitForces,
-    history::STEP_FRACTION, repair::ParticleAccess, repair::Repairable, rolling::GroundContact,
-    spin::Motion, spin::is_free,
+    Effects, Settings, Stitches, Topology,
+    contact::collider::SweptCollider,
+    contact::exit,
+    contact::pairs::Tangible,
+    force::Force,
+    force::Moment,
+    force::Mote,
+    force::VisitForces,
+    history::STEP_FRACTION,
+    repair::{OneByOne, ParticleAccess, Repairable},
+    rolling::GroundContact,
+    spin::Motion,
+    spin::is_free,
 };
 use glam::DVec3;
 use std::{cell::Cell, sync::Arc};
@@ -222,8 +231,7 @@ impl Body {
         let mut repair = std::mem::take(&mut self.repair);
         let topology = Arc::clone(&self.topology);
         if let Some(body) = Repairable::of(&self.effects, &topology, settings) {
-            let always = |_: &Self| true;
-            repair.check(&body, settings.tick_seconds(), self, (always, always));
+            repair.check(&body, settings.tick_seconds(), self, &OneByOne);
             self.repair = repair;
         }
     }

@@ -28,6 +28,8 @@ pub struct Hinges {
     /// Lower bounds of the squared length of a normal [m⁴] and of an edge [m²] in the denominators
     /// of kernels.
     pub floors: [Arc<[f32]>; 2],
+    /// Sum of the lengths of their common edges at rest [m].
+    pub length: f64,
 }
 
 /// Below this fraction of its squared rest length, a normal or an edge is too short to divide by.
@@ -71,8 +73,17 @@ impl Hinges {
             rest_angle: at_rest().map(|x| angle(x) as f32).collect(),
             flexibility: column(&|x| area(x) / edge(x)),
             floors: [column(&|x| FLOOR * normal(x)), column(&|x| FLOOR * edge(x))],
+            length: Self::length_of(&elements, rest),
             elements,
         }
+    }
+
+    /// Sum of the lengths of the common edges at rest [m].
+    pub(super) fn length_of(elements: &Elements<4>, rest: &[Vec3]) -> f64 {
+        let ends = elements
+            .corners()
+            .map(|[a, b, ..]| [a, b].map(|i| rest[i as usize].as_dvec3()));
+        ends.map(|[a, b]| a.distance(b)).sum()
     }
 
     /// Memory use in bytes.

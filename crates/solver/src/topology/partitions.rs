@@ -12,6 +12,10 @@ pub const MIN_CUT: usize = if cfg!(miri) { 64 } else { 2048 };
 /// Maximum number of partitions.
 pub const MAX_PARTITIONS: usize = 510;
 
+/// Maximum number of batches of the constraints of an effect: one for each partition, and one for
+/// constraints that reach beyond the next.
+pub(crate) const MAX_BATCHES: usize = MAX_PARTITIONS + 1;
+
 /// Default number of particles in a partition.
 const USUAL: usize = if cfg!(miri) { 16 } else { 256 };
 

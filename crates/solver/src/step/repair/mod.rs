@@ -40,19 +40,20 @@
 //! disturbs them. After [`MAX_REPAIR_TIME`] repair times recovery is suspended (pins or contacts
 //! can hold elements inverted) until the body has been without repair for ten times as long.
 //!
-//! Cost for a body without damage: one pass per tick over its tetrahedra, or per repair time (every
-//! third tick by default) over its edges, and if one of these may be tangled, another over edges and
-//! hinges, in lanes; none with a repair time of ∞. Not for plastic bodies,
-//! whose rest positions are not their equilibrium, and not for [`NeoHookean`](crate::NeoHookean),
-//! which recovers by its own forces.
+//! Cost for a body without damage, in lanes and on all threads that step it: one pass per tick over its tetrahedra,
+//! or per repair time (every third tick by default) over its edges, and if one of these may be
+//! tangled, another over edges and hinges; one more where a hinge is tangled. None with a repair time
+//! of ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not for
+//! [`NeoHookean`](crate::NeoHookean), which recovers by its own forces.
 
 mod damage;
 pub(crate) mod state;
 
-pub(crate) use damage::Repairable;
 pub use damage::{COLLAPSED, CRUSHED, LOADED, TANGLED};
+pub(crate) use damage::{OneByOne, Repairable};
 pub use state::Repair;
 
+use damage::Search;
 use state::{Regions, UnderRepair};
 
 use crate::{
@@ -88,7 +89,7 @@ pub const RELEASE_DEVIATION: f64 = 0.01;
 pub const MAX_REPAIR_TIME: f64 = 40.0;
 
 /// Access to the particles of a body under repair.
-pub(crate) trait ParticleAccess {
+pub(crate) trait ParticleAccess: Sync {
     /// Inverse mass [1/kg].
     fn inverse_mass(&self, i: usize) -> f64;
     /// Position where a substep begins or ends [m].
@@ -126,16 +127,16 @@ impl ParticleAccess for Particles {
 impl Repair {
     /// Finds damaged elements, and those still under repair, in a tick of `seconds`.
     ///
-    /// An undamaged body is checked once per interval, if it `may_be_damaged` and `may_need_repair`.
+    /// An undamaged body is checked once per interval.
     pub(crate) fn check<M: ParticleAccess>(
         &mut self,
         body: &Repairable,
         seconds: f64,
         particles: &M,
-        (may_be_damaged, may_need_repair): (impl FnOnce(&M) -> bool, impl FnOnce(&M) -> bool),
+        search: &impl Search<M>,
     ) {
         let elapsed = match self.is_due(body.interval(), seconds) {
-            Some(elapsed) if !self.is_empty() || may_be_damaged(particles) => elapsed,
+            Some(elapsed) if !self.is_empty() || search.may_be_damaged(body, particles) => elapsed,
             due => return self.cool_down(seconds, due.is_some()),
         };
         let topology = body.topology;
@@ -148,7 +149,10 @@ impl Repair {
             self.under = Some(repair);
             return;
         }
-        if repair.drawn.is_empty() && !may_need_repair(particles) {
+        let may_have_collapsed = search.may_have_collapsed(body, particles);
+        // Without either, no element counts as damaged.
+        let may_need_repair = || may_have_collapsed || body.is_tangled(particles, search);
+        if repair.drawn.is_empty() && !may_need_repair() {
             repair.tangled.clear();
             repair.regions.clear();
             repair.cool_down(seconds);
@@ -164,7 +168,7 @@ impl Repair {
         let mut strains = std::mem::take(&mut repair.regions.strains);
         strains.clear();
         strains.resize(topology.particles(), 0.0_f32);
-        let tangled = body.tangles(particles, |corners, strain| {
+        let tangled = body.tangles(particles, search, |corners, strain| {
             for &i in corners {
                 let largest = &mut strains[i as usize];
                 *largest = largest.max(strain as f32);
@@ -185,10 +189,11 @@ impl Repair {
         let mut damaged = std::mem::take(&mut repair.regions.damaged);
         damaged.clear();
         damaged.resize(topology.particles(), false);
-        if body.collapsed(particles, |corners| mark(&mut damaged, corners)) < body.min_collapsed() {
+        let mut collapsed = || body.collapsed(particles, |corners| mark(&mut damaged, corners));
+        if !may_have_collapsed || collapsed() < body.min_collapsed() {
             damaged.fill(false);
         }
-        let lasting = || body.tangles(particles, |corners, _| repair.has_lasted(corners));
+        let lasting = || body.tangles(particles, search, |corners, _| repair.has_lasted(corners));
         if tangled >= MIN_TANGLED_LENGTH && lasting() >= MIN_TANGLED_LENGTH {
             for (damaged, &strain) in damaged.iter_mut().zip(&strains) {
                 *damaged |= strain > 0.0;
@@ -485,12 +490,8 @@ impl Stepper<'_> {
         };
         let seconds = settings.tick_seconds();
         let mut repair = std::mem::take(&mut self.particles.repair);
-        let instructions = context.instructions;
-        let questions = (
-            |particles: &Particles| body.may_be_damaged(particles, instructions),
-            |particles: &Particles| body.may_need_repair(particles, instructions),
-        );
-        repair.check(&body, seconds, &*self.particles, questions);
+        let search = (context.instructions, context.threads);
+        repair.check(&body, seconds, &*self.particles, &search);
         self.particles.repair = repair;
     }
 

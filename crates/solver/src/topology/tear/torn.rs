@@ -295,6 +295,7 @@ impl<'a> Structure<'a> {
                 rest_angle: picked(&hinges.rest_angle, from),
                 flexibility: picked(&hinges.flexibility, from).into(),
                 floors: [0, 1].map(|k| picked(&hinges.floors[k], from).into()),
+                length: Hinges::length_of(elements, &torn.rest),
             });
             if let Some(cotangents) = topology.cotangents.0.get() {
                 torn.cotangents.0.get_or_init(|| Cotangents {
