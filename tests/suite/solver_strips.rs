@@ -267,7 +267,8 @@ fn a_failed_tick_leaves_the_state_of_the_substep_before() {
     assert_eq!(numbers(&lanes.1), numbers(&plain.1));
 }
 
-/// Stages one by one, threads, Bevy and snapshots agree with whole ticks.
+/// Stages one by one, threads, Bevy and snapshots agree with whole ticks; also of a sheet of which
+/// many phases are in work at once.
 #[test]
 fn stages_threads_and_snapshots_agree() {
     for effects in [elastic_on_ground(), elastic(0.01)] {
@@ -276,10 +277,12 @@ fn stages_threads_and_snapshots_agree() {
             volume: None,
             ..effects
         };
+        let large = moving(cloth(109, 79), 0.2, sheet);
+        assert!(large.topology.partitions.count() > 16);
         let cloth = moving(cloth(47, 47), 0.2, sheet);
         let world = World {
             settings: settings(9.81, 60.0, 5, 1),
-            bodies: vec![cube, cloth],
+            bodies: vec![cube, cloth, large],
             ..World::default()
         };
         deterministic(world, 20);
