@@ -277,7 +277,7 @@ fn stages_threads_and_snapshots_agree() {
             volume: None,
             ..effects
         };
-        let large = moving(cloth(109, 79), 0.2, sheet);
+        let large = moving(cloth(95, 95), 0.2, sheet);
         assert!(large.topology.partitions.count() > 16);
         let cloth = moving(cloth(47, 47), 0.2, sheet);
         let world = World {
