@@ -29,8 +29,8 @@ const MAX_QUEUES: usize = 64;
 /// More pass more seldom over a body, but what is in work between them must fit into a cache: on one
 /// thread of an AMD EPYC (Zen 5, second-level cache of 1 MiB), a cloth of 200² was fastest with 8 of
 /// 4, 8, 16 and 32 phases (1151, 1178, 1150 and 1110 million projections per second, 1063 phase by
-/// phase), one of 512² with 32 (693, 797, 823 and 951, 694).
-const WINDOW: usize = 16;
+/// phase), one of 512² with 32 (693, 797, 823 and 951, 694). Miri is too slow for as many.
+const WINDOW: usize = if cfg!(miri) { 2 } else { 16 };
 
 /// Attempts to find work before a thread takes pieces of other queues although its own one has some
 /// that are not ready: about a microsecond.
