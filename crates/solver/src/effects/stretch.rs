@@ -164,20 +164,6 @@ pub(crate) fn any_short(
     any(&kernel.edges.elements, predicted, means, &short)
 }
 
-/// Whether any edge is shorter than a fraction of its rest length now; edges within a thousandth of
-/// it count as shorter, because lengths are computed in single precision.
-pub(crate) fn any_crushed(
-    fraction: f32,
-    kernel: &Kernel,
-    particles: &Particles,
-    means: Means,
-) -> bool {
-    let bounds = [fraction * 1.001, f32::INFINITY];
-    let now = (&particles.positions[..], &particles.carry[..]);
-    let short = Short { bounds, kernel };
-    any(&kernel.edges.elements, now, means, &short)
-}
-
 struct Short<'a> {
     bounds: [f32; 2],
     kernel: &'a Kernel<'a>,
@@ -213,32 +199,53 @@ impl Ask<2> for Short<'_> {
     }
 }
 
-/// The sum of the changes of length by which a projection would shorten the edges, and the sum of
-/// their rest lengths [m]: changes in single precision, sums in double precision.
-pub(crate) fn changes(kernel: &Kernel, particles: &Particles, means: Means) -> [f64; 2] {
+/// Sums over the edges of a body.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct EdgeSums {
+    /// Change of length by which a projection would shorten them [m].
+    pub change: f64,
+    /// Rest length of those that are shorter than a fraction of it [m].
+    pub crushed: f64,
+    /// Rest length [m].
+    pub rest_length: f64,
+}
+
+/// Sums over the edges as they are now, with lengths in single precision: edges within a thousandth
+/// of the `fraction` of their rest length count as shorter, too.
+pub(crate) fn sums(
+    fraction: f32,
+    kernel: &Kernel,
+    particles: &Particles,
+    means: Means,
+) -> EdgeSums {
     let now = (&particles.positions[..], &particles.carry[..]);
-    let changes = Changes {
+    let ask = Summed {
+        fraction: fraction * 1.001,
         kernel,
-        sums: [const { [const { AtomicU64::new(0) }; 2] }; MAX_BATCHES],
+        sums: [const { [const { AtomicU64::new(0) }; 3] }; MAX_BATCHES],
     };
-    any(&kernel.edges.elements, now, means, &changes);
+    any(&kernel.edges.elements, now, means, &ask);
     // Batch by batch, whatever the threads.
-    let sums = changes.sums.into_iter();
-    sums.fold([0.0; 2], |sums, batch| {
-        let [change, rest_length] = batch.map(|it| f64::from_bits(it.into_inner()));
-        [sums[0] + change, sums[1] + rest_length]
+    ask.sums.iter().fold(EdgeSums::default(), |sums, batch| {
+        let of = |it: &AtomicU64| f64::from_bits(it.load(Ordering::Relaxed));
+        EdgeSums {
+            change: sums.change + of(&batch[0]),
+            crushed: sums.crushed + of(&batch[1]),
+            rest_length: sums.rest_length + of(&batch[2]),
+        }
     })
 }
 
-struct Changes<'a> {
+struct Summed<'a> {
+    fraction: f32,
     kernel: &'a Kernel<'a>,
-    /// Of each batch.
-    sums: [[AtomicU64; 2]; MAX_BATCHES],
+    /// Of each batch, by one thread.
+    sums: [[AtomicU64; 3]; MAX_BATCHES],
 }
 
-impl Ask<2> for Changes<'_> {
-    /// The change and the rest length [m].
-    type Notes = [f64; 2];
+impl Ask<2> for Summed<'_> {
+    /// The change, the rest length of crushed edges, and that of all [m].
+    type Notes = [f64; 3];
 
     #[inline(always)]
     fn holds<L: Lanes>(
@@ -246,7 +253,7 @@ impl Ask<2> for Changes<'_> {
         simd: L,
         block: &Block<2>,
         [a, b]: &[Columns<L>; 2],
-        notes: &mut [f64; 2],
+        notes: &mut [f64; 3],
     ) -> bool {
         let Coefficients {
             alpha,
@@ -260,15 +267,22 @@ impl Ask<2> for Changes<'_> {
         let given = rest_length * alpha_per_length + alpha;
         let least = simd.number(f32::MIN_POSITIVE);
         let change = (length - rest_length) * weight / (weight + given).max(least);
-        for (sum, row) in notes.iter_mut().zip([change, rest_length]) {
-            for &of_edge in &row.as_slice()[..block.lanes] {
-                *sum += f64::from(of_edge);
+        let is_crushed = length.simd_lt(rest_length * self.fraction);
+        let [of_change, of_crushed, of_length] = notes;
+        for lane in 0..block.lanes {
+            *of_change += f64::from(change[lane]);
+            *of_length += f64::from(rest_length[lane]);
+        }
+        if is_crushed.any_true() {
+            let crushed = is_crushed.select(rest_length, simd.number(0.0));
+            for lane in 0..block.lanes {
+                *of_crushed += f64::from(crushed[lane]);
             }
         }
         false
     }
 
-    fn take(&self, batch: usize, notes: [f64; 2]) {
+    fn take(&self, batch: usize, notes: [f64; 3]) {
         for (sum, of_batch) in self.sums[batch].iter().zip(notes) {
             sum.store(of_batch.to_bits(), Ordering::Relaxed);
         }

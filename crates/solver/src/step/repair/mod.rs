@@ -149,9 +149,9 @@ impl Repair {
             self.under = Some(repair);
             return;
         }
-        let may_have_collapsed = search.may_have_collapsed(body, particles);
+        let survey = search.survey(body, particles);
         // Without either, no element counts as damaged.
-        let may_need_repair = || may_have_collapsed || body.is_tangled(particles, search);
+        let may_need_repair = || survey.collapsed > 0.0 || body.is_tangled(particles, search);
         if repair.drawn.is_empty() && !may_need_repair() {
             repair.tangled.clear();
             repair.regions.clear();
@@ -168,13 +168,17 @@ impl Repair {
         let mut strains = std::mem::take(&mut repair.regions.strains);
         strains.clear();
         strains.resize(topology.particles(), 0.0_f32);
-        let tangled = body.tangles(particles, search, |corners, strain| {
-            for &i in corners {
-                let largest = &mut strains[i as usize];
-                *largest = largest.max(strain as f32);
-            }
-            true
-        });
+        let tangled = body.tangles(
+            particles,
+            (search, survey.mean_change),
+            |corners, strain| {
+                for &i in corners {
+                    let largest = &mut strains[i as usize];
+                    *largest = largest.max(strain as f32);
+                }
+                true
+            },
+        );
         for region in repair.regions.each() {
             let deviation =
                 || RegionMotion::of(region, particles).deviation(region, topology, particles);
@@ -190,10 +194,16 @@ impl Repair {
         damaged.clear();
         damaged.resize(topology.particles(), false);
         let mut collapsed = || body.collapsed(particles, |corners| mark(&mut damaged, corners));
-        if !may_have_collapsed || collapsed() < body.min_collapsed() {
+        // A hundredth is more than the rounding of the survey.
+        let is_clear = survey.collapsed < 0.99 * body.min_collapsed();
+        if is_clear || collapsed() < body.min_collapsed() {
             damaged.fill(false);
         }
-        let lasting = || body.tangles(particles, search, |corners, _| repair.has_lasted(corners));
+        let lasting = || {
+            body.tangles(particles, (search, survey.mean_change), |corners, _| {
+                repair.has_lasted(corners)
+            })
+        };
         if tangled >= MIN_TANGLED_LENGTH && lasting() >= MIN_TANGLED_LENGTH {
             for (damaged, &strain) in damaged.iter_mut().zip(&strains) {
                 *damaged |= strain > 0.0;
