@@ -7,7 +7,7 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{cross, difference, dot},
-        block::{Ask, Block, Blocks, LaneRow, Means, Projected, any, solve_rows},
+        block::{Ask, Block, Blocks, LaneRow, Projected, Resources, any, solve_rows},
     },
     lanes::{Columns, Floats, Lanes, Vectors, arc_tangent},
     order::{Corner, Elements},
@@ -165,12 +165,12 @@ pub(crate) fn any_folded(
     cosine: f32,
     hinges: &Hinges,
     particles: &Particles,
-    means: Means,
+    resources: Resources,
     counts: impl Fn([u32; 4]) -> bool + Sync,
 ) -> bool {
     let now = (&particles.positions[..], &particles.carry[..]);
     let folded = Folded { cosine, counts };
-    any(&hinges.elements, now, means, &folded)
+    any(&hinges.elements, now, resources, &folded)
 }
 
 /// Bound of the rounding error of n₁·n₂ − cos θ ‖n₁‖‖n₂‖ relative to ‖e‖²‖a‖‖b‖, where n₁ = e × a

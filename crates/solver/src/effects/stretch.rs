@@ -7,7 +7,7 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{difference, dot, scaled},
-        block::{Ask, Block, Blocks, Means, Projected, any},
+        block::{Ask, Block, Blocks, Projected, Resources, any},
     },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
@@ -157,11 +157,11 @@ pub(crate) fn any_short(
     bounds: [f32; 2],
     kernel: &Kernel,
     particles: &Particles,
-    means: Means,
+    resources: Resources,
 ) -> bool {
     let predicted = (&particles.positions[..], &particles.displacements[..]);
     let short = Short { bounds, kernel };
-    any(&kernel.edges.elements, predicted, means, &short)
+    any(&kernel.edges.elements, predicted, resources, &short)
 }
 
 struct Short<'a> {
@@ -177,24 +177,19 @@ impl Ask<2> for Short<'_> {
         &self,
         simd: L,
         block: &Block<2>,
-        [a, b]: &[Columns<L>; 2],
+        ends: &[Columns<L>; 2],
         (): &mut (),
     ) -> bool {
-        let Coefficients {
-            alpha,
-            alpha_per_length,
-            ..
-        } = self.kernel.coefficients;
         let [crushed, tangled] = self.bounds;
-        // Lanes without a constraint have a rest length of 0, and no edge is shorter.
-        let rest_length = block.column(simd, &self.kernel.edges.rest_length);
-        let d = difference(b, a);
-        let length = dot(&d, &d).sqrt();
-        let weight = a[3] + b[3];
-        let given = rest_length * alpha_per_length + alpha;
+        let Measured {
+            rest_length,
+            length,
+            weight,
+            alpha,
+        } = self.kernel.measure(simd, block, ends);
         let crushed = length.simd_lt(rest_length * crushed);
         let change = (rest_length - length) * weight;
-        let tangled = change.simd_gt(rest_length * tangled * (weight + given));
+        let tangled = change.simd_gt(rest_length * tangled * (weight + alpha));
         (crushed | tangled).any_true()
     }
 }
@@ -216,7 +211,7 @@ pub(crate) fn sums(
     fraction: f32,
     kernel: &Kernel,
     particles: &Particles,
-    means: Means,
+    resources: Resources,
 ) -> EdgeSums {
     let now = (&particles.positions[..], &particles.carry[..]);
     let ask = Summed {
@@ -224,7 +219,7 @@ pub(crate) fn sums(
         kernel,
         sums: [const { [const { AtomicU64::new(0) }; 3] }; MAX_BATCHES],
     };
-    any(&kernel.edges.elements, now, means, &ask);
+    any(&kernel.edges.elements, now, resources, &ask);
     // Batch by batch, whatever the threads.
     ask.sums.iter().fold(EdgeSums::default(), |sums, batch| {
         let of = |it: &AtomicU64| f64::from_bits(it.load(Ordering::Relaxed));
@@ -252,21 +247,17 @@ impl Ask<2> for Summed<'_> {
         &self,
         simd: L,
         block: &Block<2>,
-        [a, b]: &[Columns<L>; 2],
+        ends: &[Columns<L>; 2],
         notes: &mut [f64; 3],
     ) -> bool {
-        let Coefficients {
+        let Measured {
+            rest_length,
+            length,
+            weight,
             alpha,
-            alpha_per_length,
-            ..
-        } = self.kernel.coefficients;
-        let rest_length = block.column(simd, &self.kernel.edges.rest_length);
-        let d = difference(b, a);
-        let length = dot(&d, &d).sqrt();
-        let weight = a[3] + b[3];
-        let given = rest_length * alpha_per_length + alpha;
+        } = self.kernel.measure(simd, block, ends);
         let least = simd.number(f32::MIN_POSITIVE);
-        let change = (length - rest_length) * weight / (weight + given).max(least);
+        let change = (length - rest_length) * weight / (weight + alpha).max(least);
         let is_crushed = length.simd_lt(rest_length * self.fraction);
         let [of_change, of_crushed, of_length] = notes;
         for lane in 0..block.lanes {
@@ -299,6 +290,42 @@ pub struct Kernel<'a> {
     edges: &'a Edges,
     rest: &'a [Vec3],
     coefficients: Coefficients,
+}
+
+/// Edges of a block as they are.
+struct Measured<L: Lanes> {
+    /// Rest length [m]; 0 in lanes without a constraint.
+    rest_length: Floats<L>,
+    /// Length [m].
+    length: Floats<L>,
+    /// Sum of the inverse masses [1/kg].
+    weight: Floats<L>,
+    /// α/h² [1/kg].
+    alpha: Floats<L>,
+}
+
+impl Kernel<'_> {
+    #[inline(always)]
+    fn measure<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        [a, b]: &[Columns<L>; 2],
+    ) -> Measured<L> {
+        let Coefficients {
+            alpha,
+            alpha_per_length,
+            ..
+        } = self.coefficients;
+        let rest_length = block.column(simd, &self.edges.rest_length);
+        let d = difference(b, a);
+        Measured {
+            rest_length,
+            length: dot(&d, &d).sqrt(),
+            weight: a[3] + b[3],
+            alpha: rest_length * alpha_per_length + alpha,
+        }
+    }
 }
 
 impl Blocks<2, 1> for Kernel<'_> {

@@ -7,7 +7,7 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{Arithmetic, cross, difference, dot, scaled},
-        block::{Ask, Block, Blocks, Means, Projected, any},
+        block::{Ask, Block, Blocks, Projected, Resources, any},
         geometry::volume_and_gradients,
     },
     lanes::{Columns, Floats, Lanes, Vectors},
@@ -110,13 +110,13 @@ pub(crate) fn any_below(
     fraction: f32,
     topology: &Topology,
     particles: &Particles,
-    means: Means,
+    resources: Resources,
 ) -> bool {
     let tetrahedra = &topology.tetrahedra;
     any(
         &tetrahedra.elements,
         (&particles.positions, &particles.displacements),
-        means,
+        resources,
         &Below {
             fraction,
             tetrahedra,

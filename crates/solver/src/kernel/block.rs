@@ -300,7 +300,7 @@ pub(crate) trait Ask<const N: usize>: Sync {
 }
 
 /// Instructions and threads to use.
-pub(crate) type Means<'a> = (Instructions, &'a Threads);
+pub(crate) type Resources<'a> = (Instructions, &'a Threads);
 
 /// Whether the answer is yes for any constraint, with the particles at their `positions` displaced by
 /// `offsets`: displacements for the position predicted by inertia for the next substep, carries for
@@ -311,7 +311,7 @@ pub(crate) type Means<'a> = (Instructions, &'a Threads);
 pub(crate) fn any<const N: usize>(
     elements: &Elements<N>,
     (positions, offsets): (&[Vec4], &[Vec4]),
-    (instructions, threads): Means,
+    (instructions, threads): Resources,
     ask: &impl Ask<N>,
 ) -> bool {
     let count = positions.len();

@@ -5,7 +5,7 @@ use crate::{
     Effects, Method, Particles, Settings, Stretch, Topology,
     effects::{bend, stretch, volume},
     elastic::Elastic,
-    kernel::block::Means,
+    kernel::block::Resources,
     topology::{self, Dimension},
 };
 use glam::DVec3;
@@ -255,7 +255,7 @@ impl<M: ParticleAccess> Search<M> for OneByOne {
 /// A search in lanes, in single precision. Elements that may count as damaged are found exactly to the
 /// safe side: most sheets in motion have an edge that may be tangled, but few of their hinges are
 /// folded over. The mean change has the error of lengths in single precision, about 1e-7.
-impl Search<Particles> for Means<'_> {
+impl Search<Particles> for Resources<'_> {
     fn may_be_damaged(&self, body: &Repairable, particles: &Particles) -> bool {
         match body.elements {
             Elements::Tetrahedra => {

@@ -40,11 +40,11 @@
 //! disturbs them. After [`MAX_REPAIR_TIME`] repair times recovery is suspended (pins or contacts
 //! can hold elements inverted) until the body has been without repair for ten times as long.
 //!
-//! Cost for a body without damage, in lanes and on all threads that step it: one pass per tick over its tetrahedra,
-//! or per repair time (every third tick by default) over its edges, and if one of these may be
-//! tangled, another over edges and hinges; one more where a hinge is tangled. None with a repair time
-//! of ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not for
-//! [`NeoHookean`](crate::NeoHookean), which recovers by its own forces.
+//! Cost for a body without damage, in lanes and on all threads that step it: one pass per tick over
+//! its tetrahedra, or per repair time (every third tick by default) over its edges, and if one of
+//! these may be tangled, another over edges and hinges; one more where a hinge is tangled. None with
+//! a repair time of ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not
+//! for [`NeoHookean`](crate::NeoHookean), which recovers by its own forces.
 
 mod damage;
 pub(crate) mod state;
