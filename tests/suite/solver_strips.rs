@@ -9,13 +9,15 @@ use crate::{
     },
     support_app::deterministic,
 };
-use glam::{UVec2, Vec2, Vec3};
+use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Effects, ElasticKind, Instructions, Particles, Settings, StrainLimit, Stretch,
-        Threads, Volume, World,
+        Body, Collide, Collider, ColliderShape, Effects, ElasticKind, Ground, Height, Instructions,
+        Particles, Path, Pose, Restitution, Settings, StickyGround, StrainLimit, Stretch, Threads,
+        Volume, World,
         advance::{Stage, StepContext, Watch},
+        contact::{Swept, rotation},
         deform::Random,
     },
 };
@@ -74,15 +76,28 @@ fn run(
     (instructions, threads): (Instructions, usize),
     watch: Option<&dyn Watch>,
 ) -> Body {
+    run_among(&[], body, settings, (instructions, threads), watch)
+}
+
+/// The same among colliders.
+fn run_among(
+    colliders: &[Collider],
+    body: &Body,
+    settings: &Settings,
+    (instructions, threads): (Instructions, usize),
+    watch: Option<&dyn Watch>,
+) -> Body {
     let mut body = body.clone();
-    let world = World::default();
+    let mut swept = Swept::default();
     let threads = Threads::new(threads).expect("a valid number of threads");
     for tick in 0..4 {
+        let time = f64::from(tick) * settings.tick_seconds();
+        swept.fill(colliders.iter(), settings, time);
         body.begin_tick();
         body.advance(&StepContext {
             settings,
-            time: f64::from(tick) * settings.tick_seconds(),
-            swept: &world.swept,
+            time,
+            swept: &swept,
             threads: &threads,
             instructions,
             watch,
@@ -177,6 +192,102 @@ fn all_elastic_effects_together() {
         let settings = settings(9.81, 60.0, 3, 2);
         assert!(assert_equal("all", &body, &settings), "it is in lanes");
     }
+}
+
+/// Ground and colliders act on particles that stay in lanes for a tick: on none, on some, on all; moved
+/// and rough, with bounces, with several iterations, and where forces of contacts are measured.
+#[test]
+fn contacts_of_bodies_in_lanes_are_those_without() {
+    let below = |depth: f32| Height::of(0.3 - depth);
+    let ball = ColliderShape::Sphere { radius: 0.1 };
+    let slab = ColliderShape::Box {
+        size: Vec3::new(0.4, 0.2, 9.0),
+    };
+    let at = |x: f64, y: f64| Pose {
+        rotation: rotation(DVec3::Z, 0.4),
+        translation: DVec3::new(x, y, 0.0),
+    };
+    let shaken = Path::Oscillate {
+        travel: Vec3::new(0.1, 0.2, 0.0),
+        period: 0.07,
+    };
+    let moving_ball = Collider::moving(ball, at(0.2, 0.15), shaken).expect("sound");
+    let colliders = [
+        moving_ball,
+        Collider::new(slab, at(-0.3, 0.1)).expect("sound"),
+    ];
+    let mut touched = 0;
+    for (depth, bounce, iterations, recorded) in [
+        (9.0, 0.0, 1, false),
+        (0.02, 0.0, 1, false),
+        (0.0, 0.0, 1, false),
+        (-0.02, 0.0, 1, false),
+        (0.01, 0.5, 1, false),
+        (0.01, 0.0, 3, false),
+        (0.01, 0.0, 1, true),
+    ] {
+        let restitution = Restitution::of(bounce);
+        let ground = Ground {
+            height: below(depth),
+            restitution,
+            ..Ground::default()
+        };
+        let on_ground = Effects {
+            ground: Some(ground),
+            ..Effects::default()
+        };
+        let sticks = Effects {
+            sticky_ground: Some(StickyGround {
+                height: below(depth),
+            }),
+            ..Effects::default()
+        };
+        let collides = Effects {
+            collide: Some(Collide {
+                restitution,
+                ..Collide::default()
+            }),
+            ..on_ground
+        };
+        for (contact, shape) in [on_ground, sticks, collides]
+            .into_iter()
+            .flat_map(|contact| {
+                [cloth(20, 20), cloth(50, 45), cube(0.4, 8)].map(|shape| (contact, shape))
+            })
+        {
+            let is_sheet = shape.tetrahedra.is_empty();
+            let elastic = elastic(0.0);
+            let effects = Effects {
+                stretch: elastic.stretch,
+                volume: elastic.volume.filter(|_| !is_sheet),
+                ..contact
+            };
+            let mut body = moving(shape, if is_sheet { 0.2 } else { 1000.0 }, effects);
+            body.states.records_contacts = recorded;
+            let settings = settings(9.81, 60.0, 5, iterations);
+            let best = (Instructions::default(), 1);
+            let plain = run_among(&colliders, &body, &settings, best, Some(&Bystander));
+            let mut free = body.clone();
+            free.effects = Effects {
+                stretch: effects.stretch,
+                volume: effects.volume,
+                ..Effects::default()
+            };
+            let free = run(&free, &settings, best, None);
+            touched += usize::from(state_bits(&plain.particles) != state_bits(&free.particles));
+            for instructions in Instructions::all() {
+                for threads in [1, 2] {
+                    let with = (instructions, threads);
+                    let lanes = run_among(&colliders, &body, &settings, with, None);
+                    let what = format!("{contact:?}, {}, {threads} threads", instructions.name());
+                    assert_eq!(lanes.particles, plain.particles, "{what}");
+                    assert_eq!(state_bits(&lanes.particles), state_bits(&plain.particles));
+                    assert_eq!(lanes.states.surface_forces(), plain.states.surface_forces());
+                }
+            }
+        }
+    }
+    assert!(touched > 20, "{touched} bodies touched something");
 }
 
 /// One effect fills the lanes, another does not and is solved between, without lanes.

@@ -13,9 +13,12 @@ use crate::{
     effects::body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
     },
+    kernel::{arithmetic::dot, each::Question, strips::StripRows},
+    lanes::{Columns, Lanes, Vectors},
     particles::Part,
     step::scope::EachParticle,
 };
+use fearless_simd::prelude::*;
 use glam::{DMat3, DVec3, Mat3A, Vec3A, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -56,9 +59,25 @@ impl BodyEffect for Collide {
     type ReferenceState = Vec<ContactDisplacement>;
     const PHASE: BodyPhase = BodyPhase::Contact;
     const WORK: WorkOf = WorkOf::Contact;
+    const IN_LANES: bool = true;
 
     fn prepare(&self, kept: &mut Vec<ContactMultiplier>, body: &Resting) {
         ContactMultiplier::allocate(kept, body, false);
+    }
+
+    fn solve_in_lanes(
+        &self,
+        kept: &mut [ContactMultiplier],
+        rows: &mut StripRows,
+        pass: &BodyPass,
+    ) -> Option<bool> {
+        let largest = pass.topology.largest_radius();
+        let is_near = ContactMultiplier::any_pushes(kept)
+            || pass.colliders.iter().any(|collider| {
+                let bounds = SweptBounds::of(collider, largest);
+                rows.any(&bounds, pass.instructions)
+            });
+        (!is_near).then_some(false)
     }
 
     fn solve(&self, kept: &mut [ContactMultiplier], mut part: Part, pass: &BodyPass) -> bool {
@@ -193,5 +212,23 @@ impl SweptBounds {
         let apart = self.turn * (Vec3A::from_vec4(p) - self.middle);
         let limit = self.half * 1.00001 + Vec3A::splat(u.truncate().length());
         apart.abs().cmple(limit).all()
+    }
+}
+
+/// Whether a particle that can move may touch the box.
+impl Question for SweptBounds {
+    #[inline(always)]
+    fn holds<L: Lanes>(&self, _: L, &[x, y, z, w]: &Columns<L>, moved: &Vectors<L>) -> bool {
+        let way = dot(moved, moved).sqrt();
+        let middle = self.middle.to_array();
+        let [x, y, z] = [x - middle[0], y - middle[1], z - middle[2]];
+        let mut may_touch = w.simd_gt(0.0);
+        for axis in 0..3 {
+            let [a, b, c] = self.turn.row(axis).to_array();
+            let apart = x * a + y * b + z * c;
+            let limit = way + self.half[axis] * 1.00001;
+            may_touch &= apart.abs().simd_le(limit);
+        }
+        may_touch.any_true()
     }
 }

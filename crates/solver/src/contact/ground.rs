@@ -1,6 +1,7 @@
 //! Horizontal ground plane, in two models: Coulomb friction with restitution, and sticking.
 
 use super::{
+    ground_in_lanes::{Below, Lift},
     reference::{self, ContactDisplacement},
     response::{ContactPoint, Correction, Response},
     surface_force::RigidSurface,
@@ -12,6 +13,7 @@ use crate::{
     effects::body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
     },
+    kernel::{each::pass_over, strips::StripRows},
     particles::Part,
     step::scope::{EachParticle, ReadOnly},
 };
@@ -92,6 +94,11 @@ pub struct StickyGround {
 /// inversely proportional to the substep: half a meter in 1/600 s is 300 m/s.
 const RISE_TIME: f64 = 0.4;
 
+/// Fraction of their depth by which they rise in a substep of `h` seconds.
+pub(super) fn rise(h: f32) -> f64 {
+    (f64::from(h) / RISE_TIME).min(1.0)
+}
+
 /// Moves every particle below the ground onto it; one that started the substep below, towards it.
 /// Its state is the multipliers of earlier passes, or empty.
 impl BodyEffect for Ground {
@@ -100,18 +107,36 @@ impl BodyEffect for Ground {
     type ReferenceState = Vec<ContactDisplacement>;
     const PHASE: BodyPhase = BodyPhase::Contact;
     const WORK: WorkOf = WorkOf::Contact;
+    const IN_LANES: bool = true;
 
     fn prepare(&self, kept: &mut Vec<ContactMultiplier>, body: &Resting) {
         let is_read = self.rolling_resistance.get() > 0.0;
         ContactMultiplier::allocate(kept, body, is_read);
     }
 
+    fn solve_in_lanes(
+        &self,
+        kept: &mut [ContactMultiplier],
+        rows: &mut StripRows,
+        pass: &BodyPass,
+    ) -> Option<bool> {
+        if let Some(lift) = Lift::of(self, kept, pass) {
+            return Some(rows.pass(&lift, pass.instructions));
+        }
+        let is_near =
+            ContactMultiplier::any_pushes(kept) || rows.any(&Below(self.height), pass.instructions);
+        (!is_near).then_some(false)
+    }
+
     fn solve(&self, kept: &mut [ContactMultiplier], part: Part, pass: &BodyPass) -> bool {
+        if let Some(lift) = Lift::of(self, kept, pass) {
+            return pass_over(part, &lift, pass.instructions);
+        }
         let mut touched = false;
         let mut none = ContactMultiplier::default();
         let response = Response::new((self.friction, self.restitution), kept, pass);
         let height = f64::from(self.height.get());
-        let rise = (f64::from(pass.h) / RISE_TIME).min(1.0);
+        let rise = rise(pass.h);
         let state = part
             .positions
             .iter()
@@ -185,6 +210,11 @@ impl BodyEffect for StickyGround {
     type ReferenceState = ();
     const PHASE: BodyPhase = BodyPhase::Prediction;
     const WORK: WorkOf = WorkOf::Contact;
+    const IN_LANES: bool = true;
+
+    fn solve_in_lanes(&self, _: &(), rows: &mut StripRows, pass: &BodyPass) -> Option<bool> {
+        (!rows.any(&Below(self.height), pass.instructions)).then_some(false)
+    }
 
     fn solve(&self, _: &(), part: Part, pass: &BodyPass) -> bool {
         let mut touched = false;

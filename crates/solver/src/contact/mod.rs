@@ -43,6 +43,7 @@ pub(crate) mod collide;
 pub(crate) mod collider;
 pub(crate) mod collider_mesh;
 pub(crate) mod ground;
+mod ground_in_lanes;
 pub(crate) mod multiplier;
 pub(crate) mod pairs;
 pub(crate) mod path;

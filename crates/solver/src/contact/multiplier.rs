@@ -40,6 +40,11 @@ impl ContactMultiplier {
         }
     }
 
+    /// Whether any of them has pushed a particle.
+    pub(super) fn any_pushes(kept: &[Self]) -> bool {
+        kept.iter().any(|it| it.normal > 0.0)
+    }
+
     /// Multiplier of a particle, or a temporary one where none are stored.
     pub(super) fn or_none<'a>(kept: &'a mut [Self], i: usize, none: &'a mut Self) -> &'a mut Self {
         match kept.get_mut(i) {

@@ -10,7 +10,7 @@
 use crate::{
     Threads, Topology,
     contact::collider::SweptCollider,
-    kernel::sum::SquareSum,
+    kernel::{strips::StripRows, sum::SquareSum},
     lanes::Instructions,
     particles::{Part, Particles},
     step::{scope::Scope, substep::Substep},
@@ -31,12 +31,26 @@ pub trait BodyEffect {
     const PHASE: BodyPhase = BodyPhase::Iteration;
     /// Row of the energy ledger for its work.
     const WORK: WorkOf = WorkOf::Elasticity;
+    /// Whether a body may stay in lanes for it, see [`solve_in_lanes`](Self::solve_in_lanes).
+    const IN_LANES: bool = false;
 
     /// Begins a tick of a body with these positions [m] and inverse masses [1/kg].
     fn begin_tick(&self, _state: &mut Self::State, _topology: &Topology, _positions: &[Vec4]) {}
 
     /// Updates its state for a body before it is stepped.
     fn prepare(&self, _state: &mut Self::State, _body: &Resting) {}
+
+    /// Performs a pass over a piece whose particles are in lanes, with the bits of
+    /// [`solve`](Self::solve). Returns whether the body touched something, or `None`, with nothing
+    /// changed, if the particles must leave the lanes for it.
+    fn solve_in_lanes(
+        &self,
+        _state: <Self::Scope as Scope<Self::State>>::Piece<'_>,
+        _rows: &mut StripRows,
+        _pass: &BodyPass,
+    ) -> Option<bool> {
+        None
+    }
 
     /// Performs a pass over a piece; returns whether the body touched something.
     fn solve(

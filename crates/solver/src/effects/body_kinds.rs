@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     Effects, Topology,
-    kernel::sum::SquareSum,
+    kernel::{strips::StripRows, sum::SquareSum},
     particles::{Part, Particles},
     partitions::Piece,
     step::scope::{Scope, Side},
@@ -84,6 +84,15 @@ macro_rules! of_body_effects {
                     $(Self::$before => <crate::$before as BodyEffect>::WORK,)*
                     Self::$stitches => Stitching::WORK,
                     $(Self::$after => <crate::$after as BodyEffect>::WORK,)*
+                }
+            }
+
+            /// Whether a body may stay in lanes for it.
+            pub(crate) const fn is_in_lanes(self) -> bool {
+                match self {
+                    $(Self::$before => <crate::$before as BodyEffect>::IN_LANES,)*
+                    Self::$stitches => Stitching::IN_LANES,
+                    $(Self::$after => <crate::$after as BodyEffect>::IN_LANES,)*
                 }
             }
 
@@ -263,6 +272,34 @@ macro_rules! of_body_effects {
                 unsafe {
                     $(<ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::begin(&self.$first, particles.clone());)*
                     $(<ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::begin(&self.$last, particles.clone());)*
+                }
+            }
+
+            /// Performs a pass of one effect over a piece in lanes, see
+            /// [`BodyEffect::solve_in_lanes`].
+            ///
+            /// # Safety
+            /// As for [`solve`](Self::solve).
+            pub unsafe fn solve_in_lanes(
+                &self,
+                (effects, kind): (&Effects, BodyEffectKind),
+                piece: &Piece,
+                rows: &mut StripRows,
+                pass: &BodyPass,
+            ) -> Option<bool> {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    match kind {
+                        $(BodyEffectKind::$before => effects.$first.as_ref().map_or(Some(false), |effect| {
+                            let state = <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::piece(&self.$first, piece);
+                            effect.solve_in_lanes(state, rows, pass)
+                        }),)*
+                        BodyEffectKind::$stitches => None,
+                        $(BodyEffectKind::$after => effects.$last.as_ref().map_or(Some(false), |effect| {
+                            let state = <ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::piece(&self.$last, piece);
+                            effect.solve_in_lanes(state, rows, pass)
+                        }),)*
+                    }
                 }
             }
 

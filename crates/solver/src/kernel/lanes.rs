@@ -16,8 +16,8 @@ use crate::topology::corner::Corner;
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 use fearless_simd::Fallback;
 #[cfg(target_arch = "x86_64")]
-use fearless_simd::{Avx2, Avx512, f32x16};
-use fearless_simd::{Level, f32x4, f32x8, prelude::*};
+use fearless_simd::{Avx2, Avx512, f32x16, f64x8};
+use fearless_simd::{Level, f32x4, f32x8, f64x4, prelude::*};
 use glam::Vec4;
 
 /// Number of constraints of a color that are solved together.
@@ -29,7 +29,10 @@ pub const MAX_WIDTH: usize = 16;
 /// An instruction set for which kernels are compiled, with [`WIDTH`] or [`MAX_WIDTH`] lanes.
 pub trait Lanes: Simd {
     /// A number in each lane.
-    type Floats: SimdFloat<Self, Element = f32>;
+    type Floats: SimdFloat<Self, Element = f32> + SimdWiden<Self, Widened = Self::Doubles>;
+
+    /// A number in double precision in each of half of the lanes.
+    type Doubles: SimdFloat<Self, Element = f64> + SimdNarrow<Self, Narrowed = Self::Floats>;
 
     /// Number of lanes.
     const LANES: usize = <Self::Floats as SimdBase<Self>>::LEN;
@@ -135,10 +138,14 @@ pub(super) fn set_bits(mut bits: u32) -> impl Iterator<Item = usize> {
 /// A number in each lane.
 pub type Floats<L> = <L as Lanes>::Floats;
 
+/// A number in double precision in each of half of the lanes.
+pub type Doubles<L> = <L as Lanes>::Doubles;
+
 /// Joins and splits eight lanes.
 macro_rules! eight {
     () => {
         type Floats = f32x8<Self>;
+        type Doubles = f64x4<Self>;
 
         #[inline(always)]
         fn join(self, quarter: impl Fn(usize) -> f32x4<Self>) -> f32x8<Self> {
@@ -270,6 +277,7 @@ impl Lanes for Avx2 {
 #[cfg(target_arch = "x86_64")]
 impl Lanes for Avx512 {
     type Floats = f32x16<Self>;
+    type Doubles = f64x8<Self>;
 
     #[inline(always)]
     fn join(self, quarter: impl Fn(usize) -> f32x4<Self>) -> f32x16<Self> {

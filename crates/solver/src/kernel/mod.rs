@@ -7,6 +7,7 @@ pub(crate) mod arithmetic;
 pub(crate) mod block;
 pub(crate) mod columns;
 pub(crate) mod copies;
+pub(crate) mod each;
 pub(crate) mod fit;
 pub(crate) mod geometry;
 pub(crate) mod lanes;

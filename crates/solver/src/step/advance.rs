@@ -752,8 +752,22 @@ impl<'a> TaskContext<'a> {
                     threads: self.context.threads,
                 };
                 let effect = (&self.effects, kind);
+                let mut rows = rows.filter(|_| is_loaded);
+                if let Some(rows) = &mut rows {
+                    // SAFETY: the caller's promise.
+                    let done = unsafe { shared.states.solve_in_lanes(effect, piece, rows, &pass) };
+                    if let Some(touched) = done {
+                        shared.touch(touched);
+                        return Ok(());
+                    }
+                    rows.store(&mut part, first, true, instructions);
+                }
                 // SAFETY: the caller's promise; an effect on the whole body has it in one piece.
-                shared.touch(unsafe { shared.states.solve(effect, piece, part, &pass) });
+                let touched = unsafe { shared.states.solve(effect, piece, part.reborrow(), &pass) };
+                shared.touch(touched);
+                if let Some(rows) = &mut rows {
+                    rows.load(&part, first, true, instructions);
+                }
             }
             Task::Direct { substep, iteration } => {
                 // SAFETY: the whole body is one piece.

@@ -1,6 +1,7 @@
 //! Steps a body in [strips](crate::topology::strips): its particles go into lanes before the
 //! constraints of effects that fill them, and back before what is not solved in lanes. Where nothing
-//! but gravity and such constraints acts, they stay from one substep to the next.
+//! else acts but gravity and contact with ground and colliders, they stay from one substep to the next:
+//! a piece that touches a collider, or something that bounces, leaves them for that contact alone.
 
 use super::{advance::StepContext, phases::Task, scope::Side};
 use crate::{
@@ -56,6 +57,7 @@ impl InStrips {
                             task,
                             Task::Begin | Task::EndAndBegin { .. } | Task::End { .. }
                         )
+                        || matches!(task, Task::Body { kind, .. } if kind.is_in_lanes())
                 }),
             are_damped: ElasticKind::ALL
                 .into_iter()
@@ -119,7 +121,9 @@ impl<I: Iterator<Item = (Task, Side)>> Iterator for Moving<I> {
         };
         let into_lanes = match next {
             Some((Task::Elastic { kind, .. }, _)) => strips.solved[kind as usize],
-            Some((Task::EndAndBegin { .. } | Task::End { .. }, _)) if strips.stay => {
+            Some((Task::EndAndBegin { .. } | Task::End { .. } | Task::Body { .. }, _))
+                if strips.stay =>
+            {
                 self.are_in_lanes
             }
             _ => false,

@@ -1,0 +1,97 @@
+//! Questions about particles and passes over them, in lanes, where each is treated by itself.
+
+use super::lanes::{Columns, Instructions, Lanes, SimdWork, Vectors};
+use crate::particles::Part;
+use fearless_simd::{f32x4, prelude::*};
+use glam::Vec4;
+
+/// A question about particles in lanes.
+pub(crate) trait Question {
+    /// Whether the answer is yes for any of the particles at these positions [m], with inverse masses
+    /// in w, which are displaced by `moved` [m]. Inverse masses are 0 in lanes without a particle.
+    fn holds<L: Lanes>(&self, simd: L, position: &Columns<L>, moved: &Vectors<L>) -> bool;
+}
+
+/// A pass over particles in lanes.
+pub(crate) trait ParticlePass {
+    /// Changes the displacements and carries [m] of particles at these positions [m], with inverse
+    /// masses in w. Returns whether it acted on any particle; otherwise nothing has changed. Inverse
+    /// masses are 0 in lanes without a particle.
+    fn act<L: Lanes>(
+        &self,
+        simd: L,
+        position: &Columns<L>,
+        moved: &mut Vectors<L>,
+        carry: &mut Vectors<L>,
+    ) -> bool;
+}
+
+/// Performs a pass over the particles of a piece; returns whether it acted on any.
+pub(crate) fn pass_over(part: Part, pass: &impl ParticlePass, instructions: Instructions) -> bool {
+    let mut acted = false;
+    let work = Over {
+        part,
+        pass,
+        acted: &mut acted,
+    };
+    instructions.run(work);
+    acted
+}
+
+struct Over<'a, 'b, P> {
+    part: Part<'b>,
+    pass: &'a P,
+    acted: &'a mut bool,
+}
+
+impl<P: ParticlePass> SimdWork for Over<'_, '_, P> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let Self { part, pass, acted } = self;
+        let positions = part.positions.chunks(L::LANES);
+        let displacements = part.displacements.chunks_mut(L::LANES);
+        let carries = part.carry.chunks_mut(L::LANES);
+        for ((positions, displacements), carries) in positions.zip(displacements).zip(carries) {
+            let position = columns(simd, positions);
+            let [x, y, z, w] = columns(simd, displacements);
+            let mut moved = [x, y, z];
+            let [x, y, z, none] = columns(simd, carries);
+            let mut carry = [x, y, z];
+            if pass.act(simd, &position, &mut moved, &mut carry) {
+                *acted = true;
+                let ([x, y, z], [a, b, c]) = (moved, carry);
+                store(simd, [x, y, z, w], displacements);
+                store(simd, [a, b, c, none], carries);
+            }
+        }
+    }
+}
+
+/// Components of at most as many particles as there are lanes; zeros in the other lanes.
+#[inline(always)]
+fn columns<L: Lanes>(simd: L, particles: &[Vec4]) -> Columns<L> {
+    let rows = simd.rows(
+        #[inline(always)]
+        |lane| {
+            let particle = particles.get(lane).map_or([0.0; 4], Vec4::to_array);
+            f32x4::simd_from(simd, particle)
+        },
+    );
+    simd.transpose(rows)
+}
+
+/// The opposite.
+#[inline(always)]
+fn store<L: Lanes>(simd: L, columns: Columns<L>, particles: &mut [Vec4]) {
+    for (k, rows) in simd.transpose(columns).into_iter().enumerate() {
+        simd.split(
+            rows,
+            #[inline(always)]
+            |quarter, particle| {
+                if let Some(into) = particles.get_mut(4 * quarter + k) {
+                    *into = Vec4::from_array(particle.into());
+                }
+            },
+        );
+    }
+}
