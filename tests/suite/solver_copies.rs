@@ -9,7 +9,8 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Body, BreakingStrain, Effects, Instructions, Settings, Tear, Threads, WorkEstimate, World,
+    Body, BreakingStrain, Collide, Collider, ColliderShape, Effects, Ground, Height, Instructions,
+    Path, Pose, Restitution, Settings, StickyGround, Tear, Threads, WorkEstimate, World,
     copies::{Candidate, group_size},
     deform::Random,
 };
@@ -118,6 +119,84 @@ fn copies_have_the_bits_of_each_alone() {
     ] {
         assert!(in_lanes.contains(&name), "{name} is not among {in_lanes:?}");
     }
+}
+
+/// Ground and colliders act on copies that stay in lanes for a tick: on none, on some, on all; with
+/// bounces, with several iterations, and where forces of contacts of one of them are measured.
+#[test]
+fn contacts_of_copies_are_those_of_each_alone() {
+    let ball = ColliderShape::Sphere { radius: 0.3 };
+    let shaken = Path::Oscillate {
+        travel: Vec3::new(0.1, 0.3, 0.0),
+        period: 0.09,
+    };
+    let place = |x: f64| Pose::at(DVec3::new(x, 0.1, 0.1));
+    let colliders = vec![
+        Collider::new(ball.clone(), place(4.0)).expect("sound"),
+        Collider::moving(ball, place(10.2), shaken).expect("sound"),
+    ];
+    let mut touched = [0; 3];
+    for (height, bounce, iterations, recorded) in [
+        (-9.0, 0.0, 1, None),
+        (0.1, 0.0, 1, None),
+        (0.5, 0.0, 1, None),
+        (0.1, 0.5, 1, None),
+        (0.1, 0.0, 3, None),
+        (0.1, 0.0, 1, Some(3)),
+    ] {
+        let (height, restitution) = (Height::of(height), Restitution::of(bounce));
+        let ground = Ground {
+            height,
+            restitution,
+            ..Ground::default()
+        };
+        let collide = Collide {
+            restitution,
+            ..Collide::default()
+        };
+        let on_ground = Effects {
+            ground: Some(ground),
+            ..elastic(damping(0.0))
+        };
+        let sticks = Effects {
+            ground: None,
+            sticky_ground: Some(StickyGround { height }),
+            ..on_ground
+        };
+        let collides = Effects {
+            collide: Some(collide),
+            ..on_ground
+        };
+        for (kind, effects) in [on_ground, sticks, collides].into_iter().enumerate() {
+            let original = pinned(with(body("cube", cube(0.4, 2), 1000.0), effects), &[0]);
+            let mut bodies = copies(&original, &[]);
+            if let Some(number) = recorded {
+                bodies[number].states.records_contacts = true;
+            }
+            let free = copies(&with(original, elastic(damping(0.0))), &[]);
+            let settings = settings(9.81, 60.0, 4, iterations);
+            let [contact, free] = [bodies, free].map(|bodies| World {
+                colliders: colliders.clone(),
+                ..world(settings.clone(), bodies)
+            });
+            assert!(assert_equal("contact", &contact, 4), "they are in lanes");
+            let [contact, free] = [contact, free].map(|mut world| {
+                world.tick();
+                world
+                    .bodies
+                    .iter()
+                    .map(|it| state_bits(&it.particles))
+                    .collect::<Vec<_>>()
+            });
+            touched[kind] += contact.iter().zip(&free).filter(|(a, b)| a != b).count();
+        }
+    }
+    // Some copies of each kind, and not all.
+    let some = 6..6 * COPIES - 6;
+    assert!(
+        touched.iter().all(|it| some.contains(it)),
+        "{touched:?} bodies touched something"
+    );
 }
 
 /// All elastic effects together, damped and not, on any threads and with any instructions.

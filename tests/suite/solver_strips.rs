@@ -216,7 +216,7 @@ fn contacts_of_bodies_in_lanes_are_those_without() {
         moving_ball,
         Collider::new(slab, at(-0.3, 0.1)).expect("sound"),
     ];
-    let mut touched = 0;
+    let mut touched = [0; 3];
     for (depth, bounce, iterations, recorded) in [
         (9.0, 0.0, 1, false),
         (0.02, 0.0, 1, false),
@@ -226,6 +226,8 @@ fn contacts_of_bodies_in_lanes_are_those_without() {
         (0.01, 0.0, 3, false),
         (0.01, 0.0, 1, true),
     ] {
+        // What bounces changes carries, which damped constraints read.
+        let tau = if bounce > 0.0 { 0.01 } else { 0.0 };
         let restitution = Restitution::of(bounce);
         let ground = Ground {
             height: below(depth),
@@ -249,14 +251,12 @@ fn contacts_of_bodies_in_lanes_are_those_without() {
             }),
             ..on_ground
         };
-        for (contact, shape) in [on_ground, sticks, collides]
-            .into_iter()
-            .flat_map(|contact| {
-                [cloth(20, 20), cloth(50, 45), cube(0.4, 8)].map(|shape| (contact, shape))
-            })
-        {
+        let kinds = [on_ground, sticks, collides].into_iter().enumerate();
+        for ((kind, contact), shape) in kinds.flat_map(|kind| {
+            [cloth(20, 20), cloth(50, 45), cube(0.4, 8)].map(|shape| (kind, shape))
+        }) {
             let is_sheet = shape.tetrahedra.is_empty();
-            let elastic = elastic(0.0);
+            let elastic = elastic(tau);
             let effects = Effects {
                 stretch: elastic.stretch,
                 volume: elastic.volume.filter(|_| !is_sheet),
@@ -274,7 +274,8 @@ fn contacts_of_bodies_in_lanes_are_those_without() {
                 ..Effects::default()
             };
             let free = run(&free, &settings, best, None);
-            touched += usize::from(state_bits(&plain.particles) != state_bits(&free.particles));
+            touched[kind] +=
+                usize::from(state_bits(&plain.particles) != state_bits(&free.particles));
             for instructions in Instructions::all() {
                 for threads in [1, 2] {
                     let with = (instructions, threads);
@@ -287,7 +288,10 @@ fn contacts_of_bodies_in_lanes_are_those_without() {
             }
         }
     }
-    assert!(touched > 20, "{touched} bodies touched something");
+    assert!(
+        touched.iter().all(|it| *it >= 9),
+        "{touched:?} bodies touched something"
+    );
 }
 
 /// One effect fills the lanes, another does not and is solved between, without lanes.

@@ -13,7 +13,10 @@ use crate::{
     effects::body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
     },
-    kernel::{arithmetic::dot, each::Question, strips::StripRows},
+    kernel::{
+        arithmetic::dot,
+        each::{InLanes, Question},
+    },
     lanes::{Columns, Lanes, Vectors},
     particles::Part,
     step::scope::EachParticle,
@@ -68,16 +71,16 @@ impl BodyEffect for Collide {
     fn solve_in_lanes(
         &self,
         kept: &mut [ContactMultiplier],
-        rows: &mut StripRows,
+        particles: &mut impl InLanes,
         pass: &BodyPass,
-    ) -> Option<bool> {
+    ) -> Option<u64> {
         let largest = pass.topology.largest_radius();
         let is_near = ContactMultiplier::any_pushes(kept)
             || pass.colliders.iter().any(|collider| {
                 let bounds = SweptBounds::of(collider, largest);
-                rows.any(&bounds, pass.instructions)
+                particles.any(&bounds, pass.instructions)
             });
-        (!is_near).then_some(false)
+        (!is_near).then_some(0)
     }
 
     fn solve(&self, kept: &mut [ContactMultiplier], mut part: Part, pass: &BodyPass) -> bool {
@@ -218,7 +221,7 @@ impl SweptBounds {
 /// Whether a particle that can move may touch the box.
 impl Question for SweptBounds {
     #[inline(always)]
-    fn holds<L: Lanes>(&self, _: L, &[x, y, z, w]: &Columns<L>, moved: &Vectors<L>) -> bool {
+    fn holds<L: Lanes>(&self, &[x, y, z, w]: &Columns<L>, moved: &Vectors<L>) -> bool {
         let way = dot(moved, moved).sqrt();
         let middle = self.middle.to_array();
         let [x, y, z] = [x - middle[0], y - middle[1], z - middle[2]];

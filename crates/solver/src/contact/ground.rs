@@ -13,7 +13,7 @@ use crate::{
     effects::body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
     },
-    kernel::{each::pass_over, strips::StripRows},
+    kernel::each::{InLanes, pass_over},
     particles::Part,
     step::scope::{EachParticle, ReadOnly},
 };
@@ -94,7 +94,7 @@ pub struct StickyGround {
 /// inversely proportional to the substep: half a meter in 1/600 s is 300 m/s.
 const RISE_TIME: f64 = 0.4;
 
-/// Fraction of their depth by which they rise in a substep of `h` seconds.
+/// Fraction of its depth by which a particle that starts a substep of `h` seconds below the ground rises.
 pub(super) fn rise(h: f32) -> f64 {
     (f64::from(h) / RISE_TIME).min(1.0)
 }
@@ -117,15 +117,16 @@ impl BodyEffect for Ground {
     fn solve_in_lanes(
         &self,
         kept: &mut [ContactMultiplier],
-        rows: &mut StripRows,
+        particles: &mut impl InLanes,
         pass: &BodyPass,
-    ) -> Option<bool> {
+    ) -> Option<u64> {
         if let Some(lift) = Lift::of(self, kept, pass) {
-            return Some(rows.pass(&lift, pass.instructions));
+            return Some(particles.pass(&lift, pass.instructions));
         }
-        let is_near =
-            ContactMultiplier::any_pushes(kept) || rows.any(&Below(self.height), pass.instructions);
-        (!is_near).then_some(false)
+        debug_assert!(pass.topology.radii.is_empty(), "only grains have radii");
+        let is_near = ContactMultiplier::any_pushes(kept)
+            || particles.any(&Below(self.height), pass.instructions);
+        (!is_near).then_some(0)
     }
 
     fn solve(&self, kept: &mut [ContactMultiplier], part: Part, pass: &BodyPass) -> bool {
@@ -212,8 +213,8 @@ impl BodyEffect for StickyGround {
     const WORK: WorkOf = WorkOf::Contact;
     const IN_LANES: bool = true;
 
-    fn solve_in_lanes(&self, _: &(), rows: &mut StripRows, pass: &BodyPass) -> Option<bool> {
-        (!rows.any(&Below(self.height), pass.instructions)).then_some(false)
+    fn solve_in_lanes(&self, _: &(), particles: &mut impl InLanes, pass: &BodyPass) -> Option<u64> {
+        (!particles.any(&Below(self.height), pass.instructions)).then_some(0)
     }
 
     fn solve(&self, _: &(), part: Part, pass: &BodyPass) -> bool {

@@ -26,13 +26,14 @@ type MaskOf<L, F> = <F as SimdBase<L>>::Mask;
 
 impl Question for Below {
     #[inline(always)]
-    fn holds<L: Lanes>(&self, _: L, position: &Columns<L>, moved: &Vectors<L>) -> bool {
+    fn holds<L: Lanes>(&self, position: &Columns<L>, moved: &Vectors<L>) -> bool {
         self.mask::<L>(position, moved).any_true()
     }
 }
 
-/// A pass of the [`Ground`] in lanes, with the bits of one particle after the other: by the same
-/// operations, without those that add 0 to what is not −0.
+/// A pass of the [`Ground`] in lanes, with the bits of one particle after the other for finite
+/// displacements. Terms that are 0 for a vertical normal are left out; where one turns −0 into +0, 0 is
+/// added instead.
 pub(super) struct Lift {
     below: Below,
     /// Fraction of the depth by which what starts below the ground rises.
@@ -72,7 +73,6 @@ impl Lift {
         let rising = -below * (1.0 - self.rise);
         let surface = below.simd_gt(zero).select(rising, zero);
         let depth = surface - (base + moved[1]);
-        // Not −0, like the sum with a normal component of 0.
         let slip = [(moved[0] - began[0]) + 0.0, (moved[2] - began[2]) + 0.0];
         let size = (slip[0] * slip[0] + slip[1] * slip[1]).sqrt();
         let limit = depth * self.friction;
@@ -94,26 +94,23 @@ impl ParticlePass for Lift {
         position: &Columns<L>,
         moved: &mut Vectors<L>,
         carry: &mut Vectors<L>,
-    ) -> bool {
+    ) -> u64 {
         let is_below = self.below.mask::<L>(position, moved);
         if !is_below.any_true() {
-            return false;
+            return 0;
         }
         let y = position[1].widen();
         let [mx, my, mz] = [moved[0].widen(), moved[1].widen(), moved[2].widen()];
         let [cx, cy, cz] = [carry[0].widen(), carry[1].widen(), carry[2].widen()];
-        let low = self.lifted(simd, y.0, [mx.0, my.0, mz.0], [cx.0, cy.0, cz.0]);
-        let high = self.lifted(simd, y.1, [mx.1, my.1, mz.1], [cx.1, cy.1, cz.1]);
-        let acts = is_below & low.1.narrow(high.1);
-        if !acts.any_true() {
-            return false;
-        }
+        let (low, low_acts) = self.lifted(simd, y.0, [mx.0, my.0, mz.0], [cx.0, cy.0, cz.0]);
+        let (high, high_acts) = self.lifted(simd, y.1, [mx.1, my.1, mz.1], [cx.1, cy.1, cz.1]);
+        let acts = is_below & low_acts.narrow(high_acts);
         for axis in 0..3 {
-            let lifted = low.0[axis].narrow(high.0[axis]);
+            let lifted = low[axis].narrow(high[axis]);
             moved[axis] = acts.select(lifted, moved[axis]);
             carry[axis] = acts.select(carry[axis] + 0.0, carry[axis]);
         }
-        true
+        acts.to_bitmask()
     }
 }
 

@@ -5,12 +5,13 @@
 //! A file with its parameters and an implementation of [`BodyEffect`], once for lanes and threads
 //! and once in plain `f64` for the reference, and a line in the table of
 //! [`effects!`](crate::effects). State, position in a substep, energy ledger, residuals and memory
-//! follow from the implementation.
+//! follow from the implementation. An effect that acts on few particles can leave the others
+//! [in lanes](BodyEffect::IN_LANES).
 
 use crate::{
     Threads, Topology,
     contact::collider::SweptCollider,
-    kernel::{strips::StripRows, sum::SquareSum},
+    kernel::{each::InLanes, sum::SquareSum},
     lanes::Instructions,
     particles::{Part, Particles},
     step::{scope::Scope, substep::Substep},
@@ -31,7 +32,9 @@ pub trait BodyEffect {
     const PHASE: BodyPhase = BodyPhase::Iteration;
     /// Row of the energy ledger for its work.
     const WORK: WorkOf = WorkOf::Elasticity;
-    /// Whether a body may stay in lanes for it, see [`solve_in_lanes`](Self::solve_in_lanes).
+    /// Whether a body may stay in lanes for it: true if it implements
+    /// [`solve_in_lanes`](Self::solve_in_lanes). It must treat each particle by itself, and move neither
+    /// positions nor pins.
     const IN_LANES: bool = false;
 
     /// Begins a tick of a body with these positions [m] and inverse masses [1/kg].
@@ -41,14 +44,14 @@ pub trait BodyEffect {
     fn prepare(&self, _state: &mut Self::State, _body: &Resting) {}
 
     /// Performs a pass over a piece whose particles are in lanes, with the bits of
-    /// [`solve`](Self::solve). Returns whether the body touched something, or `None`, with nothing
-    /// changed, if the particles must leave the lanes for it.
+    /// [`solve`](Self::solve). Returns the lanes in which a particle touched something, as bits, or
+    /// `None`, with nothing changed, if the particles must leave the lanes for it.
     fn solve_in_lanes(
         &self,
         _state: <Self::Scope as Scope<Self::State>>::Piece<'_>,
-        _rows: &mut StripRows,
+        _particles: &mut impl InLanes,
         _pass: &BodyPass,
-    ) -> Option<bool> {
+    ) -> Option<u64> {
         None
     }
 

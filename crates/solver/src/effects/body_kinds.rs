@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     Effects, Topology,
-    kernel::{strips::StripRows, sum::SquareSum},
+    kernel::{each::InLanes, sum::SquareSum},
     particles::{Part, Particles},
     partitions::Piece,
     step::scope::{Scope, Side},
@@ -284,20 +284,20 @@ macro_rules! of_body_effects {
                 &self,
                 (effects, kind): (&Effects, BodyEffectKind),
                 piece: &Piece,
-                rows: &mut StripRows,
+                particles: &mut impl InLanes,
                 pass: &BodyPass,
-            ) -> Option<bool> {
+            ) -> Option<u64> {
                 // SAFETY: the caller's promise.
                 unsafe {
                     match kind {
-                        $(BodyEffectKind::$before => effects.$first.as_ref().map_or(Some(false), |effect| {
+                        $(BodyEffectKind::$before => effects.$first.as_ref().map_or(Some(0), |effect| {
                             let state = <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::piece(&self.$first, piece);
-                            effect.solve_in_lanes(state, rows, pass)
+                            effect.solve_in_lanes(state, particles, pass)
                         }),)*
                         BodyEffectKind::$stitches => None,
-                        $(BodyEffectKind::$after => effects.$last.as_ref().map_or(Some(false), |effect| {
+                        $(BodyEffectKind::$after => effects.$last.as_ref().map_or(Some(0), |effect| {
                             let state = <ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::piece(&self.$last, piece);
-                            effect.solve_in_lanes(state, rows, pass)
+                            effect.solve_in_lanes(state, particles, pass)
                         }),)*
                     }
                 }

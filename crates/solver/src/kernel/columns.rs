@@ -7,7 +7,8 @@
 
 use super::{
     arithmetic,
-    lanes::{Floats, Gathered, Lanes, MAX_WIDTH, Vectors},
+    each::{ParticlePass, Question},
+    lanes::{Floats, Gathered, Lanes, MAX_WIDTH, SimdWork, Vectors},
 };
 use fearless_simd::prelude::*;
 use glam::Vec3;
@@ -104,6 +105,68 @@ impl Rows<'_> {
                 put::<L>(particle, axis * stride + first, p);
                 put::<L>(particle, (CARRIED + axis) * stride + first, u);
                 put::<L>(carry, axis * stride + first, c);
+            }
+        }
+    }
+}
+
+/// A question about particles, whose components have a number in each of `stride` lanes.
+pub(super) struct Asked<'a, Q> {
+    pub particles: &'a [f32],
+    pub stride: usize,
+    pub question: &'a Q,
+    /// Whether the answer is yes for any.
+    pub found: &'a mut bool,
+}
+
+impl<Q: Question> SimdWork for Asked<'_, Q> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        for particle in self.particles.chunks_exact(COMPONENTS * self.stride) {
+            for first in (0..self.stride).step_by(L::LANES) {
+                let at = |component| number(simd, particle, component * self.stride + first);
+                let position = [at(0), at(1), at(2), at(3)];
+                let moved = [at(CARRIED), at(CARRIED + 1), at(CARRIED + 2)];
+                if self.question.holds::<L>(&position, &moved) {
+                    *self.found = true;
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// A pass over particles in the same columns.
+pub(super) struct Passed<'a, P> {
+    pub particles: &'a mut [f32],
+    pub carry: &'a mut [f32],
+    pub stride: usize,
+    pub pass: &'a P,
+    /// The lanes in which it acted, as bits.
+    pub acted: &'a mut u64,
+}
+
+impl<P: ParticlePass> SimdWork for Passed<'_, P> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let stride = self.stride;
+        let particles = self.particles.chunks_exact_mut(COMPONENTS * stride);
+        let carries = self.carry.chunks_exact_mut(CARRIED * stride);
+        for (particle, carries) in particles.zip(carries) {
+            for first in (0..stride).step_by(L::LANES) {
+                let at = |component| number(simd, particle, component * stride + first);
+                let position = [at(0), at(1), at(2), at(3)];
+                let mut moved = [at(CARRIED), at(CARRIED + 1), at(CARRIED + 2)];
+                let carried = |axis| number(simd, carries, axis * stride + first);
+                let mut carry = [carried(0), carried(1), carried(2)];
+                let acted = self.pass.act(simd, &position, &mut moved, &mut carry);
+                if acted != 0 {
+                    *self.acted |= acted << first;
+                    for axis in 0..3 {
+                        put::<L>(particle, (CARRIED + axis) * stride + first, moved[axis]);
+                        put::<L>(carries, axis * stride + first, carry[axis]);
+                    }
+                }
             }
         }
     }

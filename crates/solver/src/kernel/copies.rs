@@ -14,7 +14,8 @@
 
 use super::{
     block::{Block, Blocks, Projected},
-    columns::{CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
+    columns::{Asked, CARRIED, COMPONENTS, Columns, Line, Passed, Place, Rows, flat, flat_mut},
+    each::{InLanes, ParticlePass, Question},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, WIDTH},
 };
 use crate::{
@@ -146,6 +147,33 @@ impl Copies {
     /// Memory use in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&self.particles[..]) + size_of_val(&self.carry[..])
+    }
+}
+
+impl InLanes for Copies {
+    fn any(&self, question: &impl Question, instructions: Instructions) -> bool {
+        let mut found = false;
+        let work = Asked {
+            particles: flat(&self.particles),
+            stride: self.lanes,
+            question,
+            found: &mut found,
+        };
+        instructions.run_in(self.lanes, work);
+        found
+    }
+
+    fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64 {
+        let mut acted = 0;
+        let work = Passed {
+            particles: flat_mut(&mut self.particles),
+            carry: flat_mut(&mut self.carry),
+            stride: self.lanes,
+            pass,
+            acted: &mut acted,
+        };
+        instructions.run_in(self.lanes, work);
+        acted
     }
 }
 

@@ -5,17 +5,27 @@ use crate::particles::Part;
 use fearless_simd::{f32x4, prelude::*};
 use glam::Vec4;
 
+/// Particles in lanes, as copies of a body or in strips.
+pub trait InLanes {
+    /// Whether the answer to a question is yes for any particle.
+    fn any(&self, question: &impl Question, instructions: Instructions) -> bool;
+
+    /// Performs a pass over the particles, whose carries must be in lanes, too; returns the lanes in
+    /// which it acted, as bits.
+    fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64;
+}
+
 /// A question about particles in lanes.
-pub(crate) trait Question {
+pub trait Question {
     /// Whether the answer is yes for any of the particles at these positions [m], with inverse masses
     /// in w, which are displaced by `moved` [m]. Inverse masses are 0 in lanes without a particle.
-    fn holds<L: Lanes>(&self, simd: L, position: &Columns<L>, moved: &Vectors<L>) -> bool;
+    fn holds<L: Lanes>(&self, position: &Columns<L>, moved: &Vectors<L>) -> bool;
 }
 
 /// A pass over particles in lanes.
-pub(crate) trait ParticlePass {
+pub trait ParticlePass {
     /// Changes the displacements and carries [m] of particles at these positions [m], with inverse
-    /// masses in w. Returns whether it acted on any particle; otherwise nothing has changed. Inverse
+    /// masses in w. Returns the lanes in which it acted, as bits; nothing has changed in others. Inverse
     /// masses are 0 in lanes without a particle.
     fn act<L: Lanes>(
         &self,
@@ -23,13 +33,13 @@ pub(crate) trait ParticlePass {
         position: &Columns<L>,
         moved: &mut Vectors<L>,
         carry: &mut Vectors<L>,
-    ) -> bool;
+    ) -> u64;
 }
 
 /// Performs a pass over the particles of a piece; returns whether it acted on any.
 pub(crate) fn pass_over(part: Part, pass: &impl ParticlePass, instructions: Instructions) -> bool {
     let mut acted = false;
-    let work = Over {
+    let work = PassOver {
         part,
         pass,
         acted: &mut acted,
@@ -38,13 +48,13 @@ pub(crate) fn pass_over(part: Part, pass: &impl ParticlePass, instructions: Inst
     acted
 }
 
-struct Over<'a, 'b, P> {
+struct PassOver<'a, 'b, P> {
     part: Part<'b>,
     pass: &'a P,
     acted: &'a mut bool,
 }
 
-impl<P: ParticlePass> SimdWork for Over<'_, '_, P> {
+impl<P: ParticlePass> SimdWork for PassOver<'_, '_, P> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Self { part, pass, acted } = self;
@@ -55,13 +65,13 @@ impl<P: ParticlePass> SimdWork for Over<'_, '_, P> {
             let position = columns(simd, positions);
             let [x, y, z, w] = columns(simd, displacements);
             let mut moved = [x, y, z];
-            let [x, y, z, none] = columns(simd, carries);
+            let [x, y, z, rest] = columns(simd, carries);
             let mut carry = [x, y, z];
-            if pass.act(simd, &position, &mut moved, &mut carry) {
+            if pass.act(simd, &position, &mut moved, &mut carry) != 0 {
                 *acted = true;
                 let ([x, y, z], [a, b, c]) = (moved, carry);
                 store(simd, [x, y, z, w], displacements);
-                store(simd, [a, b, c, none], carries);
+                store(simd, [a, b, c, rest], carries);
             }
         }
     }

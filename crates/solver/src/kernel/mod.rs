@@ -19,8 +19,8 @@ pub use arithmetic::{Arithmetic, cross, difference, dot, scaled};
 pub use block::{Block, Blocks, Projected, iterate};
 pub use fearless_simd::prelude as simd;
 pub use lanes::{
-    Columns, Floats, Gathered, Lanes, MAX_WIDTH, Origins, SimdWork, Vectors, WIDTH, arc_tangent,
-    gather, scatter_add,
+    Columns, Doubles, Floats, Gathered, Lanes, MAX_WIDTH, Origins, SimdWork, Vectors, WIDTH,
+    arc_tangent, gather, scatter_add,
 };
 
 /// Everything for a kernel of an app: `use pliant::solver::kernel::prelude::*`.

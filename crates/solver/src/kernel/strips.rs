@@ -15,8 +15,8 @@
 
 use super::{
     block::{Block, Blocks, Projected},
-    columns::{CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
-    each::{ParticlePass, Question},
+    columns::{Asked, CARRIED, COMPONENTS, Columns, Line, Passed, Place, Rows, flat, flat_mut},
+    each::{InLanes, ParticlePass, Question},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, set_bits},
 };
 use crate::{
@@ -60,7 +60,7 @@ impl StripColumns {
 
 /// Rows of a piece of a body, with [`MAX_WIDTH`] particles in each.
 #[derive(Debug)]
-pub struct StripRows<'a> {
+pub(crate) struct StripRows<'a> {
     strips: Strips,
     /// Number of the first row.
     first: usize,
@@ -81,7 +81,7 @@ impl<'a> StripRows<'a> {
     ///
     /// # Panics
     /// If these have different numbers of rows.
-    pub(crate) fn new(
+    pub fn new(
         strips: Strips,
         first: usize,
         particles: &'a mut [Line],
@@ -133,30 +133,6 @@ impl<'a> StripRows<'a> {
         instructions.run_in(instructions.widest(), work);
     }
 
-    /// Whether the answer to a question is yes for any particle.
-    pub(crate) fn any(&self, question: &impl Question, instructions: Instructions) -> bool {
-        let mut found = false;
-        let work = Asked {
-            rows: self,
-            question,
-            found: &mut found,
-        };
-        instructions.run_in(instructions.widest(), work);
-        found
-    }
-
-    /// Performs a pass over the particles; returns whether it acted on any.
-    pub(crate) fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> bool {
-        let mut acted = false;
-        let work = Passed {
-            rows: self,
-            pass,
-            acted: &mut acted,
-        };
-        instructions.run_in(instructions.widest(), work);
-        acted
-    }
-
     /// Ends a substep of `h` seconds, and with gravity [m/s²] begins the next, as in
     /// [`stages`](crate::step::stages). Returns whether all displacements and velocities are finite;
     /// otherwise nothing has moved. Pins must not have been moved by a grab.
@@ -170,6 +146,33 @@ impl<'a> StripRows<'a> {
         };
         instructions.run_in(instructions.widest(), work);
         is_finite
+    }
+}
+
+impl InLanes for StripRows<'_> {
+    fn any(&self, question: &impl Question, instructions: Instructions) -> bool {
+        let mut found = false;
+        let work = Asked {
+            particles: flat(self.particles),
+            stride: MAX_WIDTH,
+            question,
+            found: &mut found,
+        };
+        instructions.run_in(instructions.widest(), work);
+        found
+    }
+
+    fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64 {
+        let mut acted = 0;
+        let work = Passed {
+            particles: flat_mut(self.particles),
+            carry: flat_mut(self.carry),
+            stride: MAX_WIDTH,
+            pass,
+            acted: &mut acted,
+        };
+        instructions.run_in(instructions.widest(), work);
+        acted
     }
 }
 
@@ -263,60 +266,6 @@ impl SimdWork for Store<'_, '_> {
                                 }
                             },
                         );
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// [`StripRows::any`].
-struct Asked<'a, 'b, Q> {
-    rows: &'a StripRows<'b>,
-    question: &'a Q,
-    found: &'a mut bool,
-}
-
-impl<Q: Question> SimdWork for Asked<'_, '_, Q> {
-    #[inline(always)]
-    fn run<L: Lanes>(self, simd: L) {
-        for row in flat(self.rows.particles).chunks_exact(COMPONENTS * MAX_WIDTH) {
-            for low in parts::<L>() {
-                let component = |k: usize| simd.load(&row[k * MAX_WIDTH + low..][..L::LANES]);
-                let position = [component(0), component(1), component(2), component(3)];
-                let moved = [component(4), component(5), component(6)];
-                *self.found |= self.question.holds(simd, &position, &moved);
-            }
-        }
-    }
-}
-
-/// [`StripRows::pass`].
-struct Passed<'a, 'b, P> {
-    rows: &'a mut StripRows<'b>,
-    pass: &'a P,
-    acted: &'a mut bool,
-}
-
-impl<P: ParticlePass> SimdWork for Passed<'_, '_, P> {
-    #[inline(always)]
-    fn run<L: Lanes>(self, simd: L) {
-        let Self { rows, pass, acted } = self;
-        let particles = flat_mut(rows.particles).chunks_exact_mut(COMPONENTS * MAX_WIDTH);
-        let carries = flat_mut(rows.carry).chunks_exact_mut(CARRIED * MAX_WIDTH);
-        for (row, carries) in particles.zip(carries) {
-            for low in parts::<L>() {
-                let at = |k: usize| k * MAX_WIDTH + low..k * MAX_WIDTH + low + L::LANES;
-                let component = |k: usize| simd.load(&row[at(k)]);
-                let carried = |k: usize| simd.load(&carries[at(k)]);
-                let position = [component(0), component(1), component(2), component(3)];
-                let mut moved = [component(4), component(5), component(6)];
-                let mut carry = [carried(0), carried(1), carried(2)];
-                if pass.act(simd, &position, &mut moved, &mut carry) {
-                    *acted = true;
-                    for axis in 0..3 {
-                        moved[axis].store_slice(&mut row[at(CARRIED + axis)]);
-                        carry[axis].store_slice(&mut carries[at(axis)]);
                     }
                 }
             }

@@ -613,6 +613,55 @@ impl<'a> TaskContext<'a> {
         Ok(())
     }
 
+    /// A pass of an effect without elements on a piece whose first particle has number `first`.
+    fn body_pass(&self, first: usize, substep: u32, iteration: u32) -> BodyPass<'_> {
+        let StepContext {
+            settings,
+            swept,
+            threads,
+            instructions,
+            ..
+        } = *self.context;
+        BodyPass {
+            topology: self.topology,
+            first,
+            colliders: swept.of(substep),
+            gravity: settings.gravity,
+            seconds: settings.substep_seconds(),
+            h: self.h,
+            compliant: self.compliant,
+            relaxation: self.any.method.relaxation(),
+            substep: (substep, self.any.count),
+            iteration: (iteration, self.any.total_iterations()),
+            is_frictionless: self.friction == Friction::Omitted,
+            rolling_resistance: self
+                .effects
+                .grains
+                .map_or(0.0, |grains| grains.rolling_resistance.get()),
+            instructions,
+            threads,
+        }
+    }
+
+    /// Performs a pass of an effect without elements on copies of the body in lanes, of which
+    /// `shared` is one; nothing is kept of the passes of any. Returns the lanes of those that touched
+    /// something, as bits, or `None`, with nothing changed, if they must leave the lanes for it.
+    ///
+    /// # Safety
+    /// As for [`work`](Self::work).
+    pub unsafe fn solve_in_lanes(
+        &self,
+        kind: BodyEffectKind,
+        (substep, iteration): (u32, u32),
+        (shared, piece): (&SharedBody, &Piece),
+        copies: &mut Copies,
+    ) -> Option<u64> {
+        let pass = self.body_pass(piece.particles.start, substep, iteration);
+        let effect = (&self.effects, kind);
+        // SAFETY: the caller's promise.
+        unsafe { shared.states.solve_in_lanes(effect, piece, copies, &pass) }
+    }
+
     /// Ends a substep and begins the next for copies of the body; returns whether they are finite,
     /// and otherwise changes nothing.
     pub fn end_and_begin(&self, copies: &mut Copies) -> bool {
@@ -732,32 +781,14 @@ impl<'a> TaskContext<'a> {
                 substep,
                 iteration,
             } => {
-                let pass = BodyPass {
-                    topology: self.topology,
-                    first,
-                    colliders: self.context.swept.of(substep),
-                    gravity: settings.gravity,
-                    seconds: settings.substep_seconds(),
-                    h: self.h,
-                    compliant: self.compliant,
-                    relaxation: self.any.method.relaxation(),
-                    substep: (substep, self.any.count),
-                    iteration: (iteration, self.any.total_iterations()),
-                    is_frictionless: self.friction == Friction::Omitted,
-                    rolling_resistance: self
-                        .effects
-                        .grains
-                        .map_or(0.0, |grains| grains.rolling_resistance.get()),
-                    instructions,
-                    threads: self.context.threads,
-                };
+                let pass = self.body_pass(first, substep, iteration);
                 let effect = (&self.effects, kind);
                 let mut rows = rows.filter(|_| is_loaded);
                 if let Some(rows) = &mut rows {
                     // SAFETY: the caller's promise.
                     let done = unsafe { shared.states.solve_in_lanes(effect, piece, rows, &pass) };
-                    if let Some(touched) = done {
-                        shared.touch(touched);
+                    if let Some(lanes) = done {
+                        shared.touch(lanes != 0);
                         return Ok(());
                     }
                     rows.store(&mut part, first, true, instructions);

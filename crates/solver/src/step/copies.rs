@@ -1,5 +1,6 @@
 //! Steps copies of a body side by side: one per lane where constraints are solved and, if nothing else
-//! acts, where a substep ends and the next begins; one after the other in all other tasks. Results are
+//! acts but ground and colliders, where a substep ends and the next begins; one after the other in all
+//! other tasks. Results are
 //! those of each body alone, bit by bit.
 
 #![allow(unsafe_code, reason = "tasks borrow the bodies as pieces")]
@@ -11,7 +12,7 @@ use super::{
     shared_body::SharedBody,
 };
 use crate::{
-    Effects, ElasticKind, Settings, Stitches, Topology,
+    BodyEffectKind, Effects, ElasticKind, Settings, Stitches, Topology,
     effects::workspace::{Columns, Workspace},
     kernel::lanes::{Instructions, MAX_WIDTH, WIDTH},
     particles::Part,
@@ -198,6 +199,10 @@ fn advance_lanes(
     for (copied, own) in columns.multipliers.iter_mut().zip(first.states.columns()) {
         copied.resize(own.len() * lanes, 0.0);
     }
+    // Nothing is kept of a single pass over contacts.
+    let passes = context.settings.substep(0).contact_passes();
+    let are_recorded = bodies.iter().flatten().any(|it| it.states.records_contacts);
+    let is_kept = passes > 1 || are_recorded;
     let contexts = bodies.each_ref().map(|body| {
         let body = body.as_ref()?;
         Some(TaskContext::new(&shape, body, Friction::Included, context))
@@ -207,11 +212,10 @@ fn advance_lanes(
         .map(|body| body.as_mut().map(|body| SharedBody::new(body, false)));
     let tasks = tasks(&shape, (&effects, false), substeps, context);
     let is_in_between = |(task, _)| matches!(task, Task::EndAndBegin { .. });
-    let others_act = |(task, _)| {
-        !matches!(
-            task,
-            Task::Elastic { .. } | Task::Begin | Task::EndAndBegin { .. } | Task::End { .. }
-        )
+    let others_act = |(task, _)| match task {
+        Task::Elastic { .. } | Task::Begin | Task::EndAndBegin { .. } | Task::End { .. } => false,
+        Task::Body { kind, .. } => is_kept || !kind.is_in_lanes(),
+        _ => true,
     };
     let stays = tasks.clone().any(is_in_between) && !tasks.clone().any(others_act);
     let mut work = Lanes {
@@ -263,7 +267,7 @@ struct Lanes<'a, 'b> {
     are_loaded: bool,
     /// Whether they also have positions and carries that the bodies do not have.
     have_moved: bool,
-    /// Whether nothing acts on the bodies between substeps but constraints in lanes.
+    /// Whether nothing acts on the bodies but what may act in lanes.
     stays: bool,
     context: &'a StepContext<'a>,
 }
@@ -284,6 +288,16 @@ impl Lanes<'_, '_> {
         if matches!(task, Task::EndAndBegin { .. })
             && self.stays
             && self.end_and_begin(&phase.pieces[0])
+        {
+            return;
+        }
+        if let Task::Body {
+            kind,
+            substep,
+            iteration,
+        } = task
+            && self.stays
+            && self.solve_body(kind, (substep, iteration), &phase.pieces[0])
         {
             return;
         }
@@ -335,6 +349,33 @@ impl Lanes<'_, '_> {
             if let (Some(shared), Ok(())) = (shared, result) {
                 // SAFETY: the bodies are borrowed, and this thread has them alone.
                 unsafe { shared.states.begin(&piece.particles) };
+            }
+        }
+        true
+    }
+
+    /// Performs a pass of an effect without elements in lanes, if the copies are loaded and need not
+    /// leave the lanes for it; returns whether it has done so.
+    fn solve_body(&mut self, kind: BodyEffectKind, pass: (u32, u32), piece: &Piece) -> bool {
+        let mut bodies = self.contexts.iter().zip(self.shared);
+        let Some((Some(context), Some(first))) = bodies.find(|(context, _)| context.is_some())
+        else {
+            return false;
+        };
+        if !self.are_loaded {
+            return false;
+        }
+        let copies = &mut self.columns.copies;
+        // SAFETY: the bodies are borrowed, and this thread has them alone.
+        let done = unsafe { context.solve_in_lanes(kind, pass, (first, piece), copies) };
+        let Some(lanes) = done else {
+            return false;
+        };
+        // Carries may have changed.
+        self.have_moved |= lanes != 0;
+        for (lane, (shared, result)) in self.shared.iter().zip(&*self.results).enumerate() {
+            if let (Some(shared), Ok(())) = (shared, result) {
+                shared.touch(lanes >> lane & 1 != 0);
             }
         }
         true

@@ -1,7 +1,9 @@
 //! Steps a body in [strips](crate::topology::strips): its particles go into lanes before the
 //! constraints of effects that fill them, and back before what is not solved in lanes. Where nothing
 //! else acts but gravity and contact with ground and colliders, they stay from one substep to the next:
-//! a piece that touches a collider, or something that bounces, leaves them for that contact alone.
+//! a piece leaves them for a contact alone, unless that can [act in lanes], as the ground does mostly.
+//!
+//! [act in lanes]: crate::effects::body_effect::BodyEffect::solve_in_lanes
 
 use super::{advance::StepContext, phases::Task, scope::Side};
 use crate::{
@@ -140,5 +142,69 @@ impl<I: Iterator<Item = (Task, Side)>> Iterator for Moving<I> {
             Task::Store { moved: strips.stay }
         };
         Some((task, Side::Any))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Collide, Ground, RestShape, StickyGround, Stretch, Tethers, World, advance::tasks,
+    };
+    use glam::Vec3;
+
+    /// A grid stays in lanes for a tick where ground and colliders act, and not where tethers do.
+    #[test]
+    fn a_grid_stays_in_lanes_among_ground_and_colliders() {
+        let side = 20;
+        let at = |x: u32, y: u32| y * side + x;
+        let cells = (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| (x, y)));
+        let mut shape = RestShape {
+            vertices: (0..side * side)
+                .map(|i| Vec3::new((i % side) as f32, 0.0, (i / side) as f32))
+                .collect(),
+            ..RestShape::default()
+        };
+        for (x, y) in cells {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
+            shape.edges.extend([[a, b], [a, c], [a, d]]);
+            shape.triangles.extend([[a, b, d], [a, d, c]]);
+        }
+        let topology = Topology::new(shape).expect("a sound sheet");
+        let world = World::default();
+        let context = StepContext {
+            settings: &world.settings,
+            time: 0.0,
+            swept: &world.swept,
+            threads: &world.threads,
+            instructions: world.instructions,
+            watch: None,
+        };
+        let stays = |effects: &Effects| {
+            let tasks = tasks(&topology, (effects, false), &(0..4), &context);
+            InStrips::of(&topology, effects, tasks, &context).map(|it| it.stay())
+        };
+        let plain = Effects {
+            stretch: Some(Stretch::default()),
+            ..Effects::default()
+        };
+        let contact = Effects {
+            ground: Some(Ground::default()),
+            sticky_ground: Some(StickyGround::default()),
+            collide: Some(Collide::default()),
+            ..plain
+        };
+        let tethered = Effects {
+            tethers: Some(Tethers::default()),
+            ..contact
+        };
+        assert!(topology.partitions.strips().is_some(), "it is a grid");
+        // Others need lanes that are nearly full.
+        if !context.instructions.expands() {
+            return;
+        }
+        assert_eq!(stays(&plain), Some(true));
+        assert_eq!(stays(&contact), Some(true));
+        assert_eq!(stays(&tethered), Some(false));
     }
 }
