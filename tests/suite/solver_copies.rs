@@ -177,7 +177,7 @@ fn contacts_of_copies_are_those_of_each_alone() {
             let settings = settings(9.81, 60.0, 4, iterations);
             let [contact, free] = [bodies, free].map(|bodies| World {
                 colliders: colliders.clone(),
-                ..world(settings.clone(), bodies)
+                ..world(settings, bodies)
             });
             assert!(assert_equal("contact", &contact, 4), "they are in lanes");
             let [contact, free] = [contact, free].map(|mut world| {
