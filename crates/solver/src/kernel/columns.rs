@@ -8,7 +8,7 @@
 use super::{
     arithmetic,
     each::{ParticlePass, Question},
-    lanes::{Floats, Gathered, Lanes, MAX_WIDTH, SimdWork, Vectors},
+    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors},
 };
 use fearless_simd::prelude::*;
 use glam::Vec3;
@@ -110,13 +110,50 @@ impl Rows<'_> {
     }
 }
 
-/// A question about particles, whose components have a number in each of `stride` lanes.
-pub(super) struct Asked<'a, Q> {
-    pub particles: &'a [f32],
-    pub stride: usize,
-    pub question: &'a Q,
-    /// Whether the answer is yes for any.
-    pub found: &'a mut bool,
+/// Whether the answer to a question is yes for any of some particles, whose components have a number in
+/// each of `stride` lanes; asked with instructions of at most `width` lanes.
+pub(super) fn any(
+    particles: &[Line],
+    (stride, width): (usize, usize),
+    question: &impl Question,
+    instructions: Instructions,
+) -> bool {
+    let mut found = false;
+    let work = Asked {
+        particles: flat(particles),
+        stride,
+        question,
+        found: &mut found,
+    };
+    instructions.run_in(width, work);
+    found
+}
+
+/// Performs a pass over particles in the same columns; returns the lanes in which it acted, as bits.
+pub(super) fn pass(
+    [particles, carry]: [&mut [Line]; 2],
+    (stride, width): (usize, usize),
+    pass: &impl ParticlePass,
+    instructions: Instructions,
+) -> u64 {
+    let mut acted = 0;
+    let work = Passed {
+        particles: flat_mut(particles),
+        carry: flat_mut(carry),
+        stride,
+        pass,
+        acted: &mut acted,
+    };
+    instructions.run_in(width, work);
+    acted
+}
+
+/// [`any`].
+struct Asked<'a, Q> {
+    particles: &'a [f32],
+    stride: usize,
+    question: &'a Q,
+    found: &'a mut bool,
 }
 
 impl<Q: Question> SimdWork for Asked<'_, Q> {
@@ -136,14 +173,13 @@ impl<Q: Question> SimdWork for Asked<'_, Q> {
     }
 }
 
-/// A pass over particles in the same columns.
-pub(super) struct Passed<'a, P> {
-    pub particles: &'a mut [f32],
-    pub carry: &'a mut [f32],
-    pub stride: usize,
-    pub pass: &'a P,
-    /// The lanes in which it acted, as bits.
-    pub acted: &'a mut u64,
+/// [`pass`].
+struct Passed<'a, P> {
+    particles: &'a mut [f32],
+    carry: &'a mut [f32],
+    stride: usize,
+    pass: &'a P,
+    acted: &'a mut u64,
 }
 
 impl<P: ParticlePass> SimdWork for Passed<'_, P> {

@@ -14,7 +14,7 @@
 
 use super::{
     block::{Block, Blocks, Projected},
-    columns::{Asked, CARRIED, COMPONENTS, Columns, Line, Passed, Place, Rows, flat, flat_mut},
+    columns::{self, CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
     each::{InLanes, ParticlePass, Question},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, WIDTH},
 };
@@ -152,28 +152,18 @@ impl Copies {
 
 impl InLanes for Copies {
     fn any(&self, question: &impl Question, instructions: Instructions) -> bool {
-        let mut found = false;
-        let work = Asked {
-            particles: flat(&self.particles),
-            stride: self.lanes,
-            question,
-            found: &mut found,
-        };
-        instructions.run_in(self.lanes, work);
-        found
+        let lanes = (self.lanes, self.lanes);
+        columns::any(&self.particles, lanes, question, instructions)
     }
 
     fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64 {
-        let mut acted = 0;
-        let work = Passed {
-            particles: flat_mut(&mut self.particles),
-            carry: flat_mut(&mut self.carry),
-            stride: self.lanes,
+        let lanes = (self.lanes, self.lanes);
+        columns::pass(
+            [&mut self.particles, &mut self.carry],
+            lanes,
             pass,
-            acted: &mut acted,
-        };
-        instructions.run_in(self.lanes, work);
-        acted
+            instructions,
+        )
     }
 }
 

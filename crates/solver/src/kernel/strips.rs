@@ -15,7 +15,7 @@
 
 use super::{
     block::{Block, Blocks, Projected},
-    columns::{Asked, CARRIED, COMPONENTS, Columns, Line, Passed, Place, Rows, flat, flat_mut},
+    columns::{self, CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
     each::{InLanes, ParticlePass, Question},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, set_bits},
 };
@@ -151,28 +151,13 @@ impl<'a> StripRows<'a> {
 
 impl InLanes for StripRows<'_> {
     fn any(&self, question: &impl Question, instructions: Instructions) -> bool {
-        let mut found = false;
-        let work = Asked {
-            particles: flat(self.particles),
-            stride: MAX_WIDTH,
-            question,
-            found: &mut found,
-        };
-        instructions.run_in(instructions.widest(), work);
-        found
+        let lanes = (MAX_WIDTH, instructions.widest());
+        columns::any(self.particles, lanes, question, instructions)
     }
 
     fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64 {
-        let mut acted = 0;
-        let work = Passed {
-            particles: flat_mut(self.particles),
-            carry: flat_mut(self.carry),
-            stride: MAX_WIDTH,
-            pass,
-            acted: &mut acted,
-        };
-        instructions.run_in(instructions.widest(), work);
-        acted
+        let lanes = (MAX_WIDTH, instructions.widest());
+        columns::pass([self.particles, self.carry], lanes, pass, instructions)
     }
 }
 
