@@ -194,6 +194,49 @@ impl Ask<2> for Short<'_> {
     }
 }
 
+/// Whether any edge is shorter than this fraction of its rest length as it is now, with lengths in
+/// single precision: edges within a thousandth of it count, too, as they do in [`sums`].
+pub(crate) fn any_crushed(
+    fraction: f32,
+    kernel: &Kernel,
+    particles: &Particles,
+    resources: Resources,
+) -> bool {
+    let now = (&particles.positions[..], &particles.carry[..]);
+    let crushed = Crushed {
+        fraction: fraction * CLOSE,
+        kernel,
+    };
+    any(&kernel.edges.elements, now, resources, &crushed)
+}
+
+/// A fraction times this is above it by more than the rounding of lengths.
+const CLOSE: f32 = 1.001;
+
+struct Crushed<'a> {
+    fraction: f32,
+    kernel: &'a Kernel<'a>,
+}
+
+impl Ask<2> for Crushed<'_> {
+    type Notes = ();
+
+    #[inline(always)]
+    fn holds<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        ends: &[Columns<L>; 2],
+        (): &mut (),
+    ) -> bool {
+        let edges = self.kernel.measure(simd, block, ends);
+        edges
+            .length
+            .simd_lt(edges.rest_length * self.fraction)
+            .any_true()
+    }
+}
+
 /// Sums over the edges of a body.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct EdgeSums {
@@ -215,7 +258,7 @@ pub(crate) fn sums(
 ) -> EdgeSums {
     let now = (&particles.positions[..], &particles.carry[..]);
     let ask = Summed {
-        fraction: fraction * 1.001,
+        fraction: fraction * CLOSE,
         kernel,
         sums: [const { [const { AtomicU64::new(0) }; 3] }; MAX_BATCHES],
     };

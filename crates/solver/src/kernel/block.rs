@@ -344,7 +344,9 @@ pub(crate) fn any<const N: usize>(
             });
         }
     };
-    if threads.pays(elements.corners().len()) {
+    // Counted by corners: gathering them takes most of the time, and the threads are awake, as a tick
+    // begins with questions.
+    if threads.pays(elements.corners().len() * N) {
         threads.run(&work);
     } else {
         work(0);

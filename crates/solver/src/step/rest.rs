@@ -42,6 +42,9 @@ pub struct RestTimer {
 /// Without this criterion a body that starts to fall in a gravity of 1e-3 m/s² would fall asleep.
 const BALANCED: f32 = 0.1;
 
+/// Number of particles between two comparisons of their sum with the limit.
+const CHUNK: usize = 64;
+
 impl RestTimer {
     /// Observes a tick of `seconds` under gravity of some strength [m/s²] that moved particles from
     /// `before` to `after`; returns whether the body may sleep.
@@ -52,15 +55,18 @@ impl RestTimer {
         gravity: f32,
         settings: &SleepSettings,
     ) -> bool {
-        let moved: f32 = before
-            .iter()
-            .zip(after)
-            .map(|(a, b)| (b.truncate() - a.truncate()).length_squared())
-            .sum();
         let limit = settings.speed * seconds;
-        if moved > limit * limit * after.len() as f32 {
-            self.still_for = 0.0;
-            return false;
+        let most = limit * limit * after.len() as f32;
+        let mut moved = 0.0_f32;
+        // The sum only grows, so that a body that moves is known by its first particles.
+        for (before, after) in before.chunks(CHUNK).zip(after.chunks(CHUNK)) {
+            for (a, b) in before.iter().zip(after) {
+                moved += (b.truncate() - a.truncate()).length_squared();
+            }
+            if moved > most {
+                self.still_for = 0.0;
+                return false;
+            }
         }
         let speed = (moved / after.len().max(1) as f32).sqrt() / seconds;
         if self.still_for == 0.0 {

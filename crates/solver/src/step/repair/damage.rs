@@ -213,6 +213,12 @@ pub(crate) trait Search<M: ParticleAccess> {
         true
     }
 
+    /// Whether a repair may begin now: an element may have collapsed or be tangled; true by default.
+    /// Asked before the [survey](Self::survey), which takes longer and would find nothing.
+    fn may_need_repair(&self, _: &Repairable, _: &M) -> bool {
+        true
+    }
+
     /// Means over the elements.
     fn survey(&self, body: &Repairable, particles: &M) -> Survey;
 
@@ -267,6 +273,15 @@ impl Search<Particles> for Resources<'_> {
                 stretch::any_short(bounds, &kernel, particles, *self)
             }
         }
+    }
+
+    fn may_need_repair(&self, body: &Repairable, particles: &Particles) -> bool {
+        let Elements::Edges(stretch, h) = body.elements else {
+            return true;
+        };
+        let kernel = stretch.kernel(body.topology, h as f32);
+        stretch::any_crushed(CRUSHED as f32, &kernel, particles, *self)
+            || body.is_tangled(particles, self)
     }
 
     fn survey(&self, body: &Repairable, particles: &Particles) -> Survey {
@@ -392,6 +407,9 @@ mod tests {
                         let most = collapsed..=collapsed + 1e-3;
                         assert!(most.contains(&found.0.collapsed), "{found:?}, {collapsed}");
                         assert_eq!((found.1, found.2), (expected.1, expected.2));
+                        let may_need_repair =
+                            (instructions, threads).may_need_repair(&body, &particles);
+                        assert_eq!(may_need_repair, found.0.collapsed > 0.0 || found.2);
                         assert_eq!(found.3, expected.3, "trial {trial} of {side}²");
                     }
                 }

@@ -42,7 +42,7 @@
 //!
 //! Cost for a body without damage, in lanes and on all threads that step it: one pass per tick over
 //! its tetrahedra, or per repair time (every third tick by default) over its edges, and if one of
-//! these may be tangled, another over edges and hinges; one more where a hinge is tangled. None with
+//! these may be tangled, another over edges and hinges; two more where a hinge is tangled. None with
 //! a repair time of ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not
 //! for [`NeoHookean`](crate::NeoHookean), which recovers by its own forces.
 
@@ -149,16 +149,14 @@ impl Repair {
             self.under = Some(repair);
             return;
         }
-        let survey = search.survey(body, particles);
-        // Without either, no element counts as damaged.
-        let may_need_repair = || survey.collapsed > 0.0 || body.is_tangled(particles, search);
-        if repair.drawn.is_empty() && !may_need_repair() {
+        if repair.drawn.is_empty() && !search.may_need_repair(body, particles) {
             repair.tangled.clear();
             repair.regions.clear();
             repair.cool_down(seconds);
             self.under = Some(repair);
             return;
         }
+        let survey = search.survey(body, particles);
         repair.drawn.resize(topology.particles(), false);
         if repair.drawn.contains(&true) {
             repair.find_regions(body);
