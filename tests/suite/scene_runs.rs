@@ -59,9 +59,8 @@ fn every_scene_is_accepted_and_the_same_to_the_bit_with_bevy_and_without() {
             alone.tick();
             ControlFlow::Continue(())
         });
-        let differences = differences(&done.world, &alone);
-        let differences = differences
-            .iter()
+        let differences = differences(&done.world, &alone)
+            .into_iter()
             .map(|body| format!("{body} differs without Bevy after {} s", alone.time));
         // Pieces of a torn body may fly apart.
         let whole = done

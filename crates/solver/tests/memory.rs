@@ -227,7 +227,7 @@ fn strips_of_a_grid() {
     let is_sure = cfg!(miri) || Instructions::default().name().starts_with("AVX");
     let (in_the_air, on_the_ground) = ((in_the_air, [2, 1]), (on_the_ground, [2, 2]));
     let cases = match cfg!(miri) {
-        // It takes minutes for each, most of them for membranes.
+        // It takes minutes for each, and longer with membranes.
         true => vec![
             (UVec2::new(4, 3), vec![in_the_air]),
             (UVec2::new(2, 31), vec![(edges_on_the_ground, [1, 1])]),
