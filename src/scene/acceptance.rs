@@ -20,6 +20,16 @@ pub struct Acceptance {
     pub checks: Vec<Check>,
 }
 
+impl Default for Acceptance {
+    /// 5 s, without checks.
+    fn default() -> Self {
+        Self {
+            seconds: 5.0,
+            checks: Vec::new(),
+        }
+    }
+}
+
 /// A single criterion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -32,7 +32,8 @@ use std::{path::PathBuf, str::FromStr};
 pub struct Scene {
     /// Title.
     pub title: String,
-    /// Description in one line: what to look at.
+    /// Description in one line: what to look at; default none.
+    #[serde(default)]
     pub look_at: String,
     /// Gravity, rate, substeps, iterations.
     #[serde(default)]
@@ -53,7 +54,8 @@ pub struct Scene {
     /// Analytic solutions of bodies at rest.
     #[serde(default)]
     pub answers: Vec<Answer>,
-    /// Acceptance criteria.
+    /// Acceptance criteria; by default 5 s without checks.
+    #[serde(default)]
     pub acceptance: Acceptance,
     /// Folder to which paths of mesh files are relative; not in the file.
     #[serde(skip)]
@@ -226,8 +228,17 @@ pub enum VertexSelection {
     /// All vertices in the upper part of the body, as a fraction of its height from 0 to 1; 0
     /// selects only the highest ones.
     Top(f32),
+    /// All vertices in the lower part of the body, as a fraction of its height from 0 to 1.
+    Bottom(f32),
     /// All vertices in the part with the smallest x, as a fraction of the body's width from 0 to 1.
     Left(f32),
+    /// All vertices in the part with the largest x, likewise.
+    Right(f32),
+    /// All vertices in the part with the largest z, which is toward the viewer, as a fraction of the body's depth
+    /// from 0 to 1.
+    Front(f32),
+    /// All vertices in the part with the smallest z, likewise.
+    Back(f32),
     /// All vertices in a box in world space [m].
     Within {
         /// Minimum corner.

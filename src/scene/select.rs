@@ -32,13 +32,25 @@ pub(super) fn select(
             &VertexSelection::Vertex(vertex) => {
                 found.extend((vertex.index() < positions.len()).then_some(vertex));
             }
-            &VertexSelection::Top(fraction) => {
-                let limit = high.y - (high.y - low.y) * fraction - slack;
-                found.extend(all.filter(|(_, x)| x.y >= limit).map(|(i, _)| i));
-            }
-            &VertexSelection::Left(fraction) => {
-                let limit = low.x + (high.x - low.x) * fraction + slack;
-                found.extend(all.filter(|(_, x)| x.x <= limit).map(|(i, _)| i));
+            VertexSelection::Top(fraction)
+            | VertexSelection::Bottom(fraction)
+            | VertexSelection::Left(fraction)
+            | VertexSelection::Right(fraction)
+            | VertexSelection::Front(fraction)
+            | VertexSelection::Back(fraction) => {
+                let toward = match entry {
+                    VertexSelection::Top(_) => Vec3::Y,
+                    VertexSelection::Bottom(_) => Vec3::NEG_Y,
+                    VertexSelection::Left(_) => Vec3::NEG_X,
+                    VertexSelection::Right(_) => Vec3::X,
+                    VertexSelection::Front(_) => Vec3::Z,
+                    _ => Vec3::NEG_Z,
+                };
+                let farthest = low.dot(toward).max(high.dot(toward));
+                let width = (high - low).dot(toward.abs());
+                let limit = farthest - width * fraction - slack;
+                let beyond = all.filter(|(_, x)| x.dot(toward) >= limit);
+                found.extend(beyond.map(|(i, _)| i));
             }
             &VertexSelection::Within { low, high } => {
                 let inside = |x: Vec3| x.cmpge(low).all() && x.cmple(high).all();
