@@ -160,9 +160,6 @@ impl Effect for ExternalImpulse {
 fn push(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &ExternalForce), Active>) {
     for (mut particles, force) in &mut bodies {
         let h = f64::from(step.seconds(&particles));
-        if !force.points.is_empty() {
-            particles.release_spin();
-        }
         accelerate(&mut particles, force.whole, &force.points, h);
     }
 }

@@ -7,7 +7,8 @@
 use super::Effect;
 use crate::{
     simulation::{
-        Active, CurrentSubstep, EffectSystems, SoftBody, SubstepSchedule, plan::PinMotion,
+        Active, Asleep, CurrentSubstep, EffectSystems, RestTimer, SoftBody, StepSchedule,
+        StepSystems, SubstepSchedule, plan::PinMotion,
     },
     solver::{Particles, VertexIndex},
 };
@@ -66,6 +67,31 @@ impl Effect for PinTargets {
             .in_set(EffectSystems(Self::NAME))
             .in_set(PinMotion);
         schedules.add_systems(SubstepSchedule, system);
+        let wake = wake.in_set(EffectSystems(Self::NAME)).in_set(PinMotion);
+        schedules.add_systems(StepSchedule, wake.in_set(StepSystems::Wake));
+    }
+}
+
+/// Wakes bodies whose pins are not where they should be, also where the targets were changed without
+/// change detection.
+fn wake(
+    mut commands: Commands,
+    sleepers: Query<(Entity, &SoftBody, &Particles, &PinTargets), With<Asleep>>,
+) {
+    for (entity, body, particles, targets) in &sleepers {
+        let is_away = |&(vertex, target): &(VertexIndex, Vec3)| {
+            let pin = (vertex.index() < particles.len()).then(|| body.particle(vertex));
+            let pin = pin.filter(|&i| particles.positions[i].w == 0.0 && target.is_finite());
+            // A pin at its target is there but for rounding.
+            let near = 1e-6 * target.length().max(1.0);
+            pin.is_some_and(|i| particles.position(i).as_vec3().distance(target) > near)
+        };
+        if targets.0.iter().any(is_away) {
+            commands
+                .entity(entity)
+                .remove::<Asleep>()
+                .insert(RestTimer::default());
+        }
     }
 }
 

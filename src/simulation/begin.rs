@@ -9,8 +9,9 @@ use super::{
     step::UnderWay,
 };
 use crate::solver::{
-    Collide, Collider, Direct, Grab, Particles, Quarantine, Stitches,
+    Collider, Direct, Particles, Quarantine, Stitches,
     contact::SweptCollider,
+    emission::{Slept, spread},
     masses::set_inverse_masses,
     rest::{disturbed, written},
 };
@@ -98,7 +99,8 @@ pub(super) fn check_colliders(
     }
 }
 
-/// Wakes bodies that are grabbed or moved, whose velocity was set, or that a collider moves past.
+/// Wakes bodies that are grabbed or moved, whose velocity was set, or that a collider moves past; and
+/// those that rested on them, which do not see what these are about to do.
 pub(super) fn wake_touched(
     mut commands: Commands,
     clock: Res<SimulationClock>,
@@ -107,12 +109,11 @@ pub(super) fn wake_touched(
     mut sleepers: Query<
         (
             Entity,
+            &SoftBody,
             &Particles,
             &TickStart,
-            Option<&Collide>,
-            Option<&Grab>,
+            Carried,
             Option<&Stitches>,
-            &SoftBody,
             &mut RestTimer,
         ),
         With<Asleep>,
@@ -128,11 +129,30 @@ pub(super) fn wake_touched(
         .iter()
         .map(|(_, collider)| collider.sweep(clock.time, end))
         .collect();
-    for (entity, particles, start, collide, grab, stitches, body, mut timer) in &mut sleepers {
-        let radius = body.0.largest_radius();
-        let passed = collide.is_some() && disturbed(&particles.positions, radius, &swept);
-        let pulled = stitches.is_some_and(|stitches| stitches.are_pulled(&swept));
-        if passed || pulled || grab.is_some() || written(particles, &start.positions) {
+    let moves = swept.iter().any(SweptCollider::moves);
+    let all = sleepers.iter();
+    let mut woken: Vec<bool> = all
+        .map(|(_, body, particles, start, carried, stitches, _)| {
+            carried.grab.is_some()
+                || written(particles, &start.positions)
+                || stitches.is_some_and(|stitches| stitches.are_pulled(&swept))
+                || moves && disturbed(body, &carried.effects(), &particles.positions, &swept)
+        })
+        .collect();
+    if !woken.contains(&true) {
+        return;
+    }
+    let boxes = sleepers.iter().map(|(_, body, _, start, carried, ..)| {
+        let slept = Slept {
+            topology: body,
+            effects: carried.effects(),
+            start,
+        };
+        Some(slept.boxes())
+    });
+    spread(&boxes.collect::<Vec<_>>(), &mut woken);
+    for ((entity, .., mut timer), woken) in sleepers.iter_mut().zip(woken) {
+        if woken {
             timer.0.reset();
             commands.entity(entity).remove::<Asleep>();
         }

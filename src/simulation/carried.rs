@@ -26,7 +26,7 @@ macro_rules! carried {
         /// The built-in effects of an entity.
         #[derive(QueryData)]
         pub(crate) struct Carried {
-            $($effect: Option<&'static $component>,)*
+            $(pub(crate) $effect: Option<&'static $component>,)*
         }
 
         impl CarriedItem<'_, '_> {

@@ -9,11 +9,11 @@ use super::{
 };
 use crate::effect::EffectRegistry;
 use crate::solver::{
-    BodyEmitter, Effects, Emission, Particles, Sink, Stitches, Topology,
+    BodyEmitter, Contact, Effects, Emission, Particles, Sink, Stitches, Topology,
     emission::{self, Placed, Present, Template, around, meet},
     topology::Birth,
 };
-use bevy::prelude::*;
+use bevy::{ecs::entity_disabling::Disabled, prelude::*};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -168,7 +168,7 @@ fn spawn(world: &mut World, (number, source): (u32, Entity), births: &[Birth]) -
 }
 
 /// A body of the ECS that nothing changes.
-struct Resting<'w, 's>(&'w SoftBody, &'w Particles, CarriedItem<'w, 's>);
+pub(super) struct Resting<'w, 's>(pub &'w SoftBody, pub &'w Particles, pub CarriedItem<'w, 's>);
 
 impl Placed for Resting<'_, '_> {
     fn effects(&self) -> Effects {
@@ -188,22 +188,57 @@ impl Placed for Resting<'_, '_> {
 pub(super) fn wake_above(
     removed: On<Remove, SoftBody>,
     bodies: Query<(&SoftBody, &Particles, Carried)>,
-    sleepers: Query<(Entity, &SoftBody, &Particles, Carried), With<Asleep>>,
+    sleepers: Sleepers,
+    commands: Commands,
+) {
+    let gone = removed.entity;
+    wake_those_on(gone, bodies.get(gone).ok(), sleepers, commands);
+}
+
+/// Wakes the bodies that rested on one that is about to lose its contact.
+pub(super) fn wake_above_untouchable(
+    removed: On<Remove, Contact>,
+    bodies: Query<(&SoftBody, &Particles, Carried)>,
+    sleepers: Sleepers,
+    commands: Commands,
+) {
+    let gone = removed.entity;
+    wake_those_on(gone, bodies.get(gone).ok(), sleepers, commands);
+}
+
+/// Wakes the bodies that rested on one that is disabled.
+pub(super) fn wake_above_disabled(
+    added: On<Add, Disabled>,
+    bodies: Query<(&SoftBody, &Particles, Carried), With<Disabled>>,
+    sleepers: Sleepers,
+    commands: Commands,
+) {
+    let gone = added.entity;
+    wake_those_on(gone, bodies.get(gone).ok(), sleepers, commands);
+}
+
+type Sleepers<'w, 's> =
+    Query<'w, 's, (Entity, &'static SoftBody, &'static Particles, Carried), With<Asleep>>;
+
+/// Wakes the bodies whose boxes meet that of another.
+fn wake_those_on<'w, 's>(
+    gone: Entity,
+    body: Option<(&'w SoftBody, &'w Particles, CarriedItem<'w, 's>)>,
+    sleepers: Sleepers,
     mut commands: Commands,
 ) {
     if sleepers.is_empty() {
         return;
     }
-    let gone = bodies.get(removed.entity).ok();
-    let gone =
-        gone.and_then(|(body, particles, carried)| around(&Resting(body, particles, carried)));
-    let Some(gone) = gone else {
+    let left =
+        body.and_then(|(body, particles, carried)| around(&Resting(body, particles, carried)));
+    let Some(left) = left else {
         return;
     };
     for (entity, body, particles, carried) in &sleepers {
         let own = around(&Resting(body, particles, carried));
-        if entity != removed.entity
-            && own.is_some_and(|own| meet(own, gone))
+        if entity != gone
+            && own.is_some_and(|own| meet(own, left))
             && let Ok(mut entity) = commands.get_entity(entity)
         {
             entity

@@ -164,6 +164,8 @@ impl Plugin for SimulationPlugin {
             .add_observer(body::forget_body)
             .add_observer(body::forget_source)
             .add_observer(emission::wake_above)
+            .add_observer(emission::wake_above_untouchable)
+            .add_observer(emission::wake_above_disabled)
             .add_observer(body::release_joined)
             .add_observer(body::forget_collider);
         schedule::configure(app, self.schedule);

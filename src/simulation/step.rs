@@ -2,8 +2,9 @@
 
 use super::{
     Actions, Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, Quarantined,
-    RecordContacts, RestTimer, SimulationClock, SimulationSettings, SolveSchedule, SpawnOrder,
-    StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart,
+    RecordContacts, RestTimer, SimulationClock, SimulationSettings, SoftBody, SolveSchedule,
+    SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart,
+    carried::Carried,
     jobs::{Bodies, BodyContacts, Kept, Outcome},
     plan,
     quarantine::quarantine,
@@ -11,10 +12,10 @@ use super::{
 use crate::{
     effect::{self, Grabs},
     solver::{
-        Collider, Emitter, Grab, Instructions, Particles, Rod, Settings, Substep, Threads,
+        Collider, EffectStates, Grab, Instructions, Particles, Rod, Settings, Substep, Threads,
         advance::{Stage, StepContext},
         contact::{Swept, SweptCollider},
-        rest::{SleepSettings, Wakefulness, settle},
+        rest::{Calm, SleepSettings, Wakefulness, settle},
     },
 };
 use bevy::{
@@ -477,7 +478,7 @@ pub(super) fn fall_asleep(
         &mut Particles,
         &mut TickStart,
         &mut RestTimer,
-        (Has<Grab>, Has<Grabs>, Option<&Emitter>, Option<&Rod>),
+        (&SoftBody, &EffectStates, Has<Grabs>, Carried),
         Has<Asleep>,
         Has<Quarantined>,
     )>,
@@ -492,15 +493,26 @@ pub(super) fn fall_asleep(
     group.clear();
     for (entity, particles, start, mut timer, causes, is_asleep, is_quarantined) in &mut bodies {
         let ways = (&start.positions[..], &particles.positions[..]);
-        let (is_held, is_grabbed, emitter, rod) = causes;
-        let emits = emitter.is_some_and(|it| it.is_active(particles.len()));
-        let turns = rod.is_some_and(Rod::turns);
+        let (body, states, is_grabbed, carried) = causes;
+        let emits = carried
+            .emitter
+            .is_some_and(|it| it.is_active(particles.len()));
+        let turns = carried.rod.is_some_and(Rod::turns);
+        let limit = || {
+            let calm = Calm {
+                topology: body,
+                effects: &carried.effects(),
+                is_touched: states.is_touched,
+                gravity,
+            };
+            calm.speed(ways.1)
+        };
         let rest = if is_asleep || is_quarantined {
             Wakefulness::Asleep
-        } else if is_held || is_grabbed || emits || turns {
+        } else if carried.grab.is_some() || is_grabbed || emits || turns {
             timer.0.reset();
             Wakefulness::Awake
-        } else if timer.0.observe(ways, seconds, gravity, &sleep.0) {
+        } else if timer.0.observe(ways, (seconds, gravity), limit, &sleep.0) {
             Wakefulness::Still
         } else {
             Wakefulness::Awake

@@ -9,10 +9,10 @@ use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec3Swizzles, Vec4};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Collide, Collider, ColliderShape, Compliance, Damping, Density, Effects, Filling,
-        Frequency, Friction, Ground, Height, Instructions, Path, Pose, Pressure, RegionSize,
-        RestShape, Restitution, ShapeMatching, StickyGround, Stiffness, Stretch, Struts, Threads,
-        VertexIndex, Volume, World,
+        Body, Collide, Collider, ColliderShape, Compliance, Damping, Density, Effects, ElasticKind,
+        Filling, Frequency, Friction, Ground, Height, Instructions, Path, Pose, Pressure,
+        RegionSize, RestShape, Restitution, ShapeMatching, StickyGround, Stiffness, Stretch,
+        Struts, Threads, VertexIndex, Volume, World,
         deform::{Deformation, deform},
         measure,
     },
@@ -485,6 +485,11 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
     let positions = world.bodies[0].particles.positions.iter();
     let mass: f64 = positions.map(|x| 1.0 / f64::from(x.w)).sum();
     let (momentum, energy) = figures(&world);
+    let h = world.settings.substep_seconds();
+    let turned = f64::from(soft.spin.length()) * h;
+    let tau = ElasticKind::ALL.into_iter();
+    let tau = tau.filter_map(|kind| world.bodies[0].effects.damping(kind));
+    let gamma = tau.map(|tau| f64::from(tau.get())).fold(0.0, f64::max) / h;
     let (mut speed, mut fastest) = (0.0_f64, 0.0_f64);
     let mut worst = Worst::default();
     for tick in 1..=TICKS {
@@ -509,7 +514,12 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
         let drift = drift(&world, body, substeps, speed) + steps;
         let deviation = ((now - momentum) / mass - fallen).length();
         worst.momentum = worst.momentum.max(deviation / drift);
-        let allowed = 0.005 * mass * fastest * fastest + mass * (fastest * drift + drift * drift);
+        // A rotation by φ in a substep is followed to first order: with its angular momentum kept, the body
+        // may contract and turn faster by φ² of its energy, and by γφ² where its strains are damped over
+        // τ = γh. More substeps make both small.
+        let rotation = fastest * fastest * mass * 0.5 * turned * turned * (1.0 + gamma);
+        let allowed =
+            0.005 * mass * fastest * fastest + rotation + mass * (fastest * drift + drift * drift);
         worst.energy = worst.energy.max((more - energy) / allowed);
     }
     worst
@@ -535,11 +545,12 @@ fn a_free_body_keeps_its_momentum_and_gains_no_energy() {
     fuzz("free bodies", 1500, &wild(FREE), |wild| {
         for soft in &wild.bodies {
             let Worst { momentum, energy } = alone(&wild, soft);
+            let flutters = may_flutter(&wild, soft);
+            // One that flutters may diverge.
             assert!(
-                momentum <= 1.0,
+                momentum <= 1.0 || flutters,
                 "momentum is off by {momentum} of what f32 allows"
             );
-            let flutters = may_flutter(&wild, soft);
             assert!(
                 energy <= 1.0 || flutters,
                 "it gained {energy} of what may be"

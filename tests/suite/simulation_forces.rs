@@ -10,8 +10,8 @@ use pliant::{
     effect::{ExternalForce, ExternalImpulse, Grabs, PinTargets},
     simulation::{Asleep, Sleep, SoftBody, tick},
     solver::{
-        Body, Compliance, Grab, Grains, KeepSpin, Order, ParticleIndex, Particles, RestShape, Sink,
-        Stretch, SurfacePoint, VertexIndex, measure,
+        Body, Compliance, Grab, Grains, Order, ParticleIndex, Particles, RestShape, Sink, Stretch,
+        SurfacePoint, VertexIndex, measure,
     },
 };
 
@@ -37,7 +37,6 @@ fn a_force_accelerates_a_body_by_newtons_laws() {
     for (substeps, iterations, order) in [(1, 1, 1), (10, 4, 1), (10, 1, 2)] {
         let mut start = world(settings(0.0, 60.0, substeps, iterations), block());
         start.settings.order = Order::new(order).expect("1 or 2");
-        start.settings.keep_spin = KeepSpin::of(order - 1);
         for at_point in [false, true] {
             let (mut app, bodies, _) = app_of(&start);
             let force = Vec3::new(32.0, 0.0, -8.0);

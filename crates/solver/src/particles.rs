@@ -59,10 +59,6 @@ pub struct Particles {
     pub spins: Vec<Vec4>,
     /// What its emitters have emitted, and where it comes from if it is a copy of a body.
     pub emission: Emission,
-    /// Angular momentum about the center of mass at the start of the substep [kg·m²/s], if it is
-    /// conserved.
-    #[serde(skip)]
-    pub(super) spin: Option<DVec3>,
 }
 
 impl Clone for Particles {
@@ -84,7 +80,6 @@ impl Clone for Particles {
             segments,
             spins,
             emission,
-            spin,
         } = self;
         positions.clone_from(&from.positions);
         displacements.clone_from(&from.displacements);
@@ -95,7 +90,6 @@ impl Clone for Particles {
         segments.clone_from(&from.segments);
         spins.clone_from(&from.spins);
         emission.clone_from(&from.emission);
-        *spin = from.spin;
     }
 }
 
@@ -111,7 +105,6 @@ impl Default for Particles {
             segments: Vec::new(),
             spins: Vec::new(),
             emission: Emission::default(),
-            spin: None,
         }
     }
 }
@@ -206,12 +199,6 @@ impl Particles {
         self.displacements[i] = u.as_vec3().extend(0.0);
     }
 
-    /// Something outside of the body turns it: its angular momentum is not
-    /// [kept](crate::KeepSpin) in this substep.
-    pub fn release_spin(&mut self) {
-        self.spin = None;
-    }
-
     /// Sets the velocity of all particles to zero.
     pub fn stop(&mut self) {
         self.displacements.clone_from(&self.carry);
@@ -294,7 +281,6 @@ impl Particles {
     pub fn touch(&mut self) {
         self.history.touch();
         self.repair.touch();
-        self.spin = None;
     }
 
     /// All particles, for stepping.

@@ -418,7 +418,7 @@ quantity!(
 );
 quantity!(
     /// Whether free bodies conserve their angular momentum: 1 if they do.
-    KeepSpin(u32), "keep_spin", default 0, "0 or 1", |v| v <= 1
+    KeepSpin(u32), "keep_spin", default 1, "0 or 1", |v| v <= 1
 );
 quantity!(
     /// Relative error that a solver may leave; 0 is none.

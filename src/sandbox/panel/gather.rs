@@ -523,8 +523,8 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
         ),
         "keep_spin" => (
             "Conserve spin",
-            "Free-flying bodies conserve angular momentum. Without it, implicit Euler loses a \
-             fraction 2πhω of it per revolution.",
+            "Internal forces do not rotate a body without pins. Off, rotation decays by a fraction \
+             2πhω per revolution, and balls on level ground roll away.",
             Track::new(0.0..=1.0, Spread::Integer),
         ),
         "smoothing_iterations" => (

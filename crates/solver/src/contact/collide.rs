@@ -1,9 +1,11 @@
 //! Response of a body to [colliders](super::collider).
 
 use super::{
+    bounds::SweptBounds,
     collider::SweptCollider,
+    inside::deep,
     reference::{self, ContactDisplacement},
-    response::{ContactPoint, Correction, Response},
+    response::{ContactPoint, Correction, Response, rise},
     surface_force::RigidSurface,
 };
 #[cfg(feature = "bevy")]
@@ -13,16 +15,11 @@ use crate::{
     effects::body_effect::{
         BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
     },
-    kernel::{
-        arithmetic::dot,
-        each::{InLanes, Question},
-    },
-    lanes::{Columns, Lanes, Vectors},
+    kernel::each::InLanes,
     particles::Part,
     step::scope::EachParticle,
 };
-use fearless_simd::prelude::*;
-use glam::{DMat3, DVec3, Mat3A, Vec3A, Vec4};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// The body stays out of colliders.
@@ -116,7 +113,8 @@ impl BodyEffect for Collide {
 /// Resolves penetration of every particle with collider number `number`. `kept` are multipliers of
 /// earlier passes, or empty.
 ///
-/// The path of a particle is taken relative to the collider, so that a fast collider or a fast
+/// A particle that began the substep inside rises, towards the side of its body if that has
+/// [one](super::inside::WayOut). The path of any other is taken relative to the collider, so that a fast collider or a fast
 /// particle is hit at the point of entry, whichever of the two has moved. Returns whether any
 /// particle was pushed.
 fn push_out(
@@ -131,6 +129,9 @@ fn push_out(
         topology, first, ..
     } = *pass;
     let bounds = SweptBounds::of(collider, topology.largest_radius());
+    let side = pass.sides.iter().find(|side| side.collider == number);
+    let side = side.map(|side| side.direction);
+    let rise = rise(pass.h);
     let state = particles
         .positions
         .iter()
@@ -148,8 +149,20 @@ fn push_out(
         let to = collider.to.undo(place + moved);
         let from = collider.from.undo(place + began);
         let radius = topology.radius(first + i).into();
-        let lifted = || pushed.then(|| collider.shape.approach(to, radius));
-        if let Some(exit) = collider.shape.exit(from, to, radius).or_else(lifted) {
+        let shape = &collider.shape;
+        let lifted = || pushed.then(|| shape.approach(to, radius));
+        // A bounce in an earlier iteration is not a start inside.
+        let start = collider.from.undo(place);
+        let began_at = shape.distance(start);
+        let exit = if shape.distance(from) < radius && began_at < radius {
+            let side = side.filter(|_| began_at < -deep(shape));
+            let (exit, raised) = shape.rise((start, to), radius, side, rise);
+            (exit.depth > 0.0 || pushed).then_some((exit, raised))
+        } else {
+            let exit = shape.exit(from, to, radius).or_else(lifted);
+            exit.map(|exit| (exit, 0.0))
+        };
+        if let Some((exit, raised)) = exit {
             // The multiplier of another collider is not reused.
             if multiplier.surface != number {
                 *multiplier = ContactMultiplier {
@@ -165,7 +178,15 @@ fn push_out(
                 depth: exit.depth,
                 carried,
             };
-            let Correction { shift, start_shift } = response.apply(&touch, multiplier, spin);
+            let Correction {
+                shift,
+                mut start_shift,
+            } = response.apply(&touch, multiplier, spin);
+            // It rises without a velocity: the start of the substep rises, too, once.
+            let left = raised - began.dot(touch.normal);
+            if start_shift == DVec3::ZERO && left > 0.0 {
+                start_shift = touch.normal * left.min(raised);
+            }
             if let Some(pushes) = particles.pushes.get_mut(i).filter(|_| pass.records()) {
                 let change = (shift - start_shift, touch.normal);
                 pushes.displaced(RigidSurface::Collider(number), change, (p.w, pass.h));
@@ -176,62 +197,4 @@ fn push_out(
         }
     }
     any
-}
-
-/// A box that contains a collider throughout a substep, for early rejection of particles outside.
-#[derive(Debug, Clone, Copy)]
-struct SweptBounds {
-    middle: Vec3A,
-    /// Rotation into the frame of the box.
-    turn: Mat3A,
-    half: Vec3A,
-}
-
-impl SweptBounds {
-    /// For particles of at most this radius [m].
-    fn of(collider: &SweptCollider, largest: f32) -> Self {
-        let (from, to) = (&collider.from, &collider.to);
-        let middle = (from.translation + to.translation) / 2.0;
-        let way = (to.translation - from.translation) / 2.0;
-        let (turn, half) = if from.rotation == to.rotation {
-            let turn = to.rotation.transpose();
-            (turn, collider.shape.half_extent() + (turn * way).abs())
-        } else {
-            let reach = f64::from(collider.shape.reach()) + way.length();
-            (DMat3::IDENTITY, DVec3::splat(reach))
-        };
-        let half = half + f64::from(largest);
-        // More than all rounding errors here.
-        let margin = 1e-5 * (half.length() + middle.length());
-        Self {
-            middle: middle.as_vec3a(),
-            turn: turn.as_mat3().into(),
-            half: (half + margin).as_vec3a(),
-        }
-    }
-
-    /// Whether a particle that moves from p by u may touch the box.
-    fn may_touch(&self, p: Vec4, u: Vec4) -> bool {
-        let apart = self.turn * (Vec3A::from_vec4(p) - self.middle);
-        let limit = self.half * 1.00001 + Vec3A::splat(u.truncate().length());
-        apart.abs().cmple(limit).all()
-    }
-}
-
-/// Whether a particle that can move may touch the box.
-impl Question for SweptBounds {
-    #[inline(always)]
-    fn holds<L: Lanes>(&self, &[x, y, z, w]: &Columns<L>, moved: &Vectors<L>) -> bool {
-        let way = dot(moved, moved).sqrt();
-        let middle = self.middle.to_array();
-        let [x, y, z] = [x - middle[0], y - middle[1], z - middle[2]];
-        let mut may_touch = w.simd_gt(0.0);
-        for axis in 0..3 {
-            let [a, b, c] = self.turn.row(axis).to_array();
-            let apart = x * a + y * b + z * c;
-            let limit = way + self.half[axis] * 1.00001;
-            may_touch &= apart.abs().simd_le(limit);
-        }
-        may_touch.any_true()
-    }
 }

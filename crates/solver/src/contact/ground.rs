@@ -3,7 +3,7 @@
 use super::{
     ground_in_lanes::{Below, Lift},
     reference::{self, ContactDisplacement},
-    response::{ContactPoint, Correction, Response},
+    response::{ContactPoint, Correction, Response, rise},
     surface_force::RigidSurface,
 };
 #[cfg(feature = "bevy")]
@@ -85,18 +85,6 @@ pub struct Ground {
 pub struct StickyGround {
     /// Height of the ground [m], any finite number; default 0.
     pub height: Height,
-}
-
-/// Time constant τ [s] with which particles that start a substep below the ground rise: a fraction
-/// h/τ of their depth per substep.
-///
-/// Moved to the surface at once, a body that starts half below the ground would gain a velocity
-/// inversely proportional to the substep: half a meter in 1/600 s is 300 m/s.
-const RISE_TIME: f64 = 0.4;
-
-/// Fraction of its depth by which a particle that starts a substep of `h` seconds below the ground rises.
-pub(super) fn rise(h: f32) -> f64 {
-    (f64::from(h) / RISE_TIME).min(1.0)
 }
 
 /// Moves every particle below the ground onto it; one that started the substep below, towards it.

@@ -1,6 +1,6 @@
 //! Ground contact in lanes.
 
-use super::ground::{Ground, rise};
+use super::{ground::Ground, response::rise};
 use crate::{
     ContactMultiplier, Friction, Height,
     effects::body_effect::BodyPass,
@@ -166,6 +166,7 @@ mod tests {
                         topology: &topology,
                         first: 0,
                         colliders: &[],
+                        sides: &[],
                         gravity: Vec3::NEG_Y,
                         seconds: 1e-3,
                         h: 1e-3,

@@ -39,11 +39,13 @@
 //!
 //! The fast solver and the reference share this module.
 
+mod bounds;
 pub(crate) mod collide;
 pub(crate) mod collider;
 pub(crate) mod collider_mesh;
 pub(crate) mod ground;
 mod ground_in_lanes;
+pub(crate) mod inside;
 pub(crate) mod multiplier;
 pub(crate) mod pairs;
 pub(crate) mod path;
@@ -54,6 +56,7 @@ pub(crate) mod shape;
 pub(crate) mod surface_force;
 
 pub use collider::{Swept, SweptCollider};
+pub use inside::WayOut;
 pub use pairs::{
     closest::on_triangle,
     crossings::{Outline, crossings},
@@ -61,6 +64,7 @@ pub use pairs::{
 pub use pose::{rotation, rotation_degrees};
 pub use shape::Exit;
 
+pub(crate) use inside::find_sides;
 pub(crate) use reference::exit;
 pub(crate) use response::LEVER;
 pub(crate) use surface_force::{Push, Pushes, Recorded};

@@ -1,7 +1,7 @@
 //! Ground and colliders of the [reference](crate::reference), which share only their parameters
 //! with those of the fast solver.
 
-use super::collider::SweptCollider;
+use super::{collider::SweptCollider, inside::deep};
 use crate::{
     ColliderShape,
     effects::body_effect::{ReferenceParticles, ReferencePass},
@@ -79,11 +79,25 @@ pub(super) fn collide(
         let (start, end) = (from.undo(body.p[i]), to.undo(body.x[i]));
         let radius = f64::from(body.topology.radius(i));
         let mut pushed = *kept;
-        let lifted = || {
-            let taken_back = pushed.surface == number && pushed.normal > 0.0;
-            taken_back.then(|| gradient(shape, end, radius))
+        let began = from.undo(body.from[i]);
+        let is_inside = |x| distance(shape, x) < radius;
+        let is_pushed = pushed.surface == number && pushed.normal > 0.0;
+        let mut raised = 0.0;
+        let found = if is_inside(start) && is_inside(began) {
+            let side = body.sides.iter().find(|it| it.collider as usize == number);
+            let side = side.filter(|_| distance(shape, began) < -deep(shape));
+            let (normal, depth) = match side.map(|it| it.direction) {
+                Some(normal) => (normal, way_out(shape, began, normal, radius)),
+                None => deepest(shape, began, radius),
+            };
+            raised = depth * (pass.h / RISE_TIME).min(1.0);
+            let depth = normal.dot(began - end) + raised;
+            (depth > 0.0 || is_pushed).then_some((normal, depth))
+        } else {
+            let lifted = || is_pushed.then(|| gradient(shape, end, radius));
+            exit(shape, start, end, radius).or_else(lifted)
         };
-        if let Some((normal, depth)) = exit(shape, start, end, radius).or_else(lifted) {
+        if let Some((normal, depth)) = found {
             if pushed.surface != number {
                 pushed = ContactDisplacement {
                     surface: number,
@@ -92,8 +106,22 @@ pub(super) fn collide(
             }
             let touched = end + normal * (depth - radius);
             let carried = to.apply(touched) - from.apply(touched);
-            let exit = (to.rotation * normal, depth);
-            respond(body, i, surface, exit, carried, &mut pushed, pass);
+            let normal = to.rotation * normal;
+            let left = raised - (body.p[i] - body.from[i]).dot(normal);
+            let before = body.p[i];
+            respond(
+                body,
+                i,
+                surface,
+                (normal, depth),
+                carried,
+                &mut pushed,
+                pass,
+            );
+            // It rises without a velocity.
+            if body.p[i] == before && left > 0.0 {
+                body.p[i] += normal * left.min(raised);
+            }
             *kept = pushed;
         }
     }
@@ -168,13 +196,7 @@ fn gradient(shape: &ColliderShape, x: DVec3, radius: f64) -> (DVec3, f64) {
 /// frame; see [`ColliderShape::exit`] for the choice of the surface.
 pub fn exit(shape: &ColliderShape, from: DVec3, to: DVec3, radius: f64) -> Option<(DVec3, f64)> {
     let step = to - from;
-    let nearest_exit = |x| match distance(shape, x) > 0.0 && radius > 0.0 {
-        true => gradient(shape, x, radius),
-        false => {
-            let (normal, depth) = nearest_exit(shape, x);
-            (normal, depth + radius)
-        }
-    };
+    let nearest_exit = |x| deepest(shape, x, radius);
     let nearest = (distance(shape, to) < radius).then(|| nearest_exit(to));
     if nearest.is_some_and(|(normal, _)| normal.dot(step) <= 0.0) {
         return nearest;
@@ -193,6 +215,29 @@ pub fn exit(shape: &ColliderShape, from: DVec3, to: DVec3, radius: f64) -> Optio
         .map(|(entry, normal)| (normal, normal.dot(entry - to)))
         .filter(|&(_, depth)| depth > 0.0);
     entered.or(nearest)
+}
+
+/// Normal of the nearest surface and depth of a ball.
+fn deepest(shape: &ColliderShape, x: DVec3, radius: f64) -> (DVec3, f64) {
+    if distance(shape, x) > 0.0 && radius > 0.0 {
+        return gradient(shape, x, radius);
+    }
+    let (normal, depth) = nearest_exit(shape, x);
+    (normal, depth + radius)
+}
+
+/// Way of a ball inside in a direction until it is outside.
+fn way_out(shape: &ColliderShape, x: DVec3, direction: DVec3, radius: f64) -> f64 {
+    let (mut inside, mut outside) = (0.0, 2.0 * (f64::from(shape.reach()) + radius));
+    while outside - inside > 1e-15 * outside {
+        let middle = 0.5 * (inside + outside);
+        if distance(shape, x + direction * middle) < radius {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
+    }
+    outside
 }
 
 fn distance(shape: &ColliderShape, x: DVec3) -> f64 {

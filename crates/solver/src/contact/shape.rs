@@ -63,6 +63,9 @@ const NO_EXIT: Exit = Exit {
 /// still outside.
 const ADVANCES: usize = 64;
 
+/// Number of times by which an interval is halved until it is as short as rounding.
+const HALVINGS: usize = 52;
+
 /// An advancing ball touches at this fraction of its radius.
 const TOUCH: f64 = 1e-6;
 
@@ -161,6 +164,54 @@ impl ColliderShape {
         });
         entered.or(nearest)
     }
+
+    /// Exit for a ball of `radius` [m] that began the substep inside, at `from`, and is at `to`: it must
+    /// not be deeper than it was, less the fraction `rise` of the depth. The depth is that in the
+    /// direction `side`, or that of the nearest surface; that of the exit is negative for a ball that has
+    /// risen farther. Also returns by how much it rises [m].
+    #[must_use]
+    pub fn rise(
+        &self,
+        (from, to): (DVec3, DVec3),
+        radius: f64,
+        side: Option<DVec3>,
+        rise: f64,
+    ) -> (Exit, f64) {
+        let Exit { normal, depth } = match side {
+            Some(normal) => Exit {
+                normal,
+                depth: self.depth_along(from, normal, radius),
+            },
+            None => self.nearest_exit_of(from, radius),
+        };
+        let raised = depth * rise;
+        let depth = normal.dot(from - to) + raised;
+        (Exit { normal, depth }, raised)
+    }
+
+    /// Way of a ball of `radius` [m] inside the shape until it is outside, in a direction [m].
+    #[must_use]
+    pub fn depth_along(&self, from: DVec3, direction: DVec3, radius: f64) -> f64 {
+        let (mut inside, mut outside) = (0.0, 2.0 * (f64::from(self.reach()) + radius));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (inside + outside);
+            match self.distance(from + direction * middle) < radius {
+                true => inside = middle,
+                false => outside = middle,
+            }
+        }
+        outside
+    }
+
+    /// Directions in which a body may leave the shape, unit vectors: those of its faces, or of its axes.
+    pub(crate) const SIDES: [DVec3; 6] = [
+        DVec3::Y,
+        DVec3::NEG_Y,
+        DVec3::X,
+        DVec3::NEG_X,
+        DVec3::Z,
+        DVec3::NEG_Z,
+    ];
 
     /// Contact point for a ball outside the shape: the outward normal there, and a depth that is
     /// not positive.

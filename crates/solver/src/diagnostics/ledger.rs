@@ -176,8 +176,6 @@ pub(crate) struct EnergyTracker {
     leapt: Vec<DVec3>,
     /// Velocities after external forces [m/s].
     forced: Vec<DVec3>,
-    /// Velocities before angular momentum is restored [m/s].
-    turned: Vec<DVec3>,
     /// Velocities before rolling resistance [m/s].
     rolled: Vec<DVec3>,
     /// Carry before and after contacts [m].
@@ -372,8 +370,6 @@ impl EnergyTracker {
     ) -> Result<Ledger, NotFinite> {
         self.carry[1].clone_from(&body.particles.carry);
         body.stage(Stage::Postsolve, step, 0, context)?;
-        velocities(&mut self.turned, body.particles);
-        body.restore_spin();
         velocities(&mut self.rolled, body.particles);
         body.resist_rolling();
         let h = body.particles.history.seconds(f64::from(step.h));
@@ -542,7 +538,6 @@ impl EnergyTracker {
             let faded = (forces + leapt + fall) * -lost;
             let leap = leapt - start;
             let rolled = end - self.rolled[index];
-            let turned = self.rolled[index] - self.turned[index];
             let rounding = change
                 - leap
                 - fall
@@ -554,7 +549,6 @@ impl EnergyTracker {
                 - friction
                 - truncation
                 - recovery
-                - turned
                 - rolled;
             sum.damping += mass * faded.dot(mean);
             sum.forces += mass * forces.dot(mean);
@@ -572,8 +566,7 @@ impl EnergyTracker {
             sum.truncation += mass * truncation.dot(mean);
             sum.recovery += mass * recovery.dot(mean);
             sum.rounding += mass * rounding.dot(mean);
-            // Restoring angular momentum compensates a loss by the integrator.
-            sum.integrator += mass * (turned.dot(mean) - 0.5 * (fall + elastic).dot(change));
+            sum.integrator -= 0.5 * mass * (fall + elastic).dot(change);
             if second {
                 // Gravity has acted over ⅔h along the displacement of the particle since the
                 // previous substep.

@@ -55,23 +55,31 @@ impl Positions<'_> {
         points
     }
 
-    /// γ∇C·(x − p) and γ(∇C·(x − p))².
+    /// γ∇C·(x − p) and γ(∇C·(x − p))² of the equations of an element, with ∇C in the middle of the way,
+    /// which is exactly 0 for a rotation.
     #[inline(always)]
-    pub fn damped<const N: usize>(
+    pub fn damped<const N: usize, const M: usize, E: Elastic<N, M>>(
         &self,
+        effect: &E,
+        index: usize,
         corners: [u32; N],
-        row: &Row<N>,
         gamma: f64,
-    ) -> (f64, f64) {
+    ) -> [(f64, f64); M] {
         if gamma == 0.0 {
-            return (0.0, 0.0);
+            return [(0.0, 0.0); M];
         }
-        let mut moved = 0.0;
-        for (corner, g) in corners.into_iter().zip(row.gradients) {
-            let i = corner as usize;
-            moved += g.dot(self.x[i] - self.p[i]);
+        let mut points = self.points(corners);
+        let mut ways = [DVec3::ZERO; N];
+        for k in 0..N {
+            let i = corners[k] as usize;
+            ways[k] = self.x[i] - self.p[i];
+            points[k].x -= ways[k] / 2.0;
         }
-        (gamma * moved, gamma * moved * moved)
+        let rows = effect.rows(self.topology, index, points);
+        rows.map(|row| {
+            let moved: f64 = row.gradients.iter().zip(ways).map(|(g, d)| g.dot(d)).sum();
+            (gamma * moved, gamma * moved * moved)
+        })
     }
 }
 
@@ -128,6 +136,7 @@ impl ElementWork for Assemble<'_> {
         let judged = curvature.is_none()
             && !matches!(E::KIND, ElasticKind::Bend | ElasticKind::IsometricBend);
         let (h, gamma) = (places.h, f64::from(effect.damping().get()) / places.h);
+        let damped = places.damped(effect, index, corners, gamma);
         let column = &mut self.columns[E::KIND as usize];
         let mut added = [None; M];
         for equation in 0..M {
@@ -145,7 +154,7 @@ impl ElementWork for Assemble<'_> {
             }
             self.far |= judged && row.error.abs() > FAR * row.scale.abs();
             let lambda = column.lambdas[number];
-            let (moved, lost) = places.damped(corners, row, gamma);
+            let (moved, lost) = damped[equation];
             let inverse = 1.0 / used;
             let residual = (row.error + alpha * lambda + moved) * inverse;
             let stiffness = (1.0 + gamma) * inverse;

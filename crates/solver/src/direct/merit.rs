@@ -114,8 +114,8 @@ impl ElementWork for Merit<'_> {
             rows: kept, next, ..
         } = &self.columns[E::KIND as usize];
         let rows = effect.rows(places.topology, index, places.points(corners));
-        for (number, row) in (index * M..).zip(&rows) {
-            let (_, lost) = places.damped(corners, row, gamma);
+        let damped = places.damped(effect, index, corners, gamma);
+        for (number, (row, (_, lost))) in (index * M..).zip(rows.iter().zip(damped)) {
             self.sum += kept[number].merit(row.error, lost, next[number]);
         }
     }

@@ -7,7 +7,9 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{cross, difference, dot},
-        block::{Ask, Block, Blocks, LaneRow, Projected, Resources, any, solve_rows},
+        block::{
+            Ask, Block, Blocks, LaneRow, Projected, Resources, any, halfway, rate, solve_rows,
+        },
     },
     lanes::{Columns, Floats, Lanes, Vectors, arc_tangent},
     order::{Corner, Elements},
@@ -234,7 +236,23 @@ impl Blocks<4, 1> for Kernel<'_> {
         moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
-        let Coefficients { alpha, gamma } = self.coefficients;
+        let gamma = self.coefficients.gamma;
+        let row = self.row(simd, block, x);
+        let rates = moved.map(
+            #[inline(always)]
+            |moved| {
+                let row = self.row(simd, block, &halfway::<L, 4>(x, moved));
+                [rate(simd, &row.gradients, moved)]
+            },
+        );
+        solve_rows(simd, &[row], x, rates, lambda, gamma)
+    }
+}
+
+impl Kernel<'_> {
+    #[inline(always)]
+    fn row<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4]) -> LaneRow<L, 4> {
+        let alpha = self.coefficients.alpha;
         let zero = simd.number(0.0);
         let [min_normal, min_edge] =
             [0, 1].map(|kind: usize| block.column(simd, &self.hinges.floors[kind]));
@@ -263,13 +281,12 @@ impl Blocks<4, 1> for Kernel<'_> {
             gradients[2][axis] = -(length * u1);
             gradients[3][axis] = -(length * u2);
         }
-        let row = LaneRow {
+        LaneRow {
             error,
             gradients,
             alpha: block.column(simd, &self.hinges.flexibility) * alpha,
             least: zero,
-        };
-        solve_rows(simd, &[row], x, moved, lambda, gamma)
+        }
     }
 }
 

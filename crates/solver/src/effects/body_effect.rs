@@ -10,7 +10,7 @@
 
 use crate::{
     Threads, Topology,
-    contact::collider::SweptCollider,
+    contact::{WayOut, collider::SweptCollider},
     kernel::{each::InLanes, sum::SquareSum},
     lanes::Instructions,
     particles::{Part, Particles},
@@ -32,6 +32,9 @@ pub trait BodyEffect {
     const PHASE: BodyPhase = BodyPhase::Iteration;
     /// Row of the energy ledger for its work.
     const WORK: WorkOf = WorkOf::Elasticity;
+    /// Whether it acts in [`BodyPhase::Iteration`] and has no torque on a body without pins: what it
+    /// changes of the [angular momentum](crate::spin) is taken back.
+    const IS_INTERNAL: bool = false;
     /// Whether a body may stay in lanes for it: true if it implements
     /// [`solve_in_lanes`](Self::solve_in_lanes). It must treat each particle by itself, and move neither
     /// positions nor pins.
@@ -174,6 +177,8 @@ pub struct BodyPass<'a> {
     pub first: usize,
     /// Motion of the colliders in the substep.
     pub colliders: &'a [SweptCollider],
+    /// The sides to which the body leaves those that it began the tick in.
+    pub sides: &'a [WayOut],
     /// Gravity [m/s²].
     pub gravity: Vec3,
     /// Length of the substep [s].
@@ -222,6 +227,8 @@ pub struct ReferenceParticles<'a> {
     pub spins: &'a mut [DVec3],
     /// Their coefficient of rolling resistance.
     pub rolling_resistance: f64,
+    /// The sides to which the body leaves colliders that it began the tick in.
+    pub sides: &'a [WayOut],
     /// Whether the body touched something.
     pub touched: &'a mut bool,
 }

@@ -96,6 +96,15 @@ macro_rules! of_body_effects {
                 }
             }
 
+            /// Whether it has no torque on a body without pins.
+            pub(crate) const fn is_internal(self) -> bool {
+                match self {
+                    $(Self::$before => <crate::$before as BodyEffect>::IS_INTERNAL,)*
+                    Self::$stitches => Stitching::IS_INTERNAL,
+                    $(Self::$after => <crate::$after as BodyEffect>::IS_INTERNAL,)*
+                }
+            }
+
             /// Pieces of a body on which it works, one side after the other.
             pub(crate) const fn sides(self) -> [Option<Side>; 3] {
                 match self {

@@ -7,7 +7,7 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{difference, dot},
-        block::{Block, Blocks, LaneRow, Projected, solve_rows},
+        block::{Block, Blocks, LaneRow, Projected, halfway, rate, solve_rows},
     },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
@@ -141,6 +141,21 @@ impl Blocks<4, 1> for Kernel<'_> {
         moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
+        let row = self.row(simd, block, x);
+        let rates = moved.map(
+            #[inline(always)]
+            |moved| {
+                let row = self.row(simd, block, &halfway::<L, 4>(x, moved));
+                [rate(simd, &row.gradients, moved)]
+            },
+        );
+        solve_rows(simd, &[row], x, rates, lambda, self.gamma)
+    }
+}
+
+impl Kernel<'_> {
+    #[inline(always)]
+    fn row<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4]) -> LaneRow<L, 4> {
         let zero = simd.number(0.0);
         let [k1, k2, k3] =
             [0, 1, 2].map(|k: usize| block.column(simd, &self.cotangents.weights[k]));
@@ -168,12 +183,11 @@ impl Blocks<4, 1> for Kernel<'_> {
             gradients[2][axis] = direction * k2;
             gradients[3][axis] = direction * k3;
         }
-        let row = LaneRow {
+        LaneRow {
             error: length - block.column(simd, &self.cotangents.rest),
             gradients,
             alpha: block.column(simd, &self.cotangents.area) * self.alpha,
             least: zero,
-        };
-        solve_rows(simd, &[row], x, moved, lambda, self.gamma)
+        }
     }
 }

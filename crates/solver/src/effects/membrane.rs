@@ -7,7 +7,7 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{difference, dot},
-        block::{Block, Blocks, LaneRow, Projected, solve_rows},
+        block::{Block, Blocks, LaneRow, Projected, halfway, rate, solve_rows},
     },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
@@ -264,6 +264,29 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
         moved: Option<&[Vectors<L>; 3]>,
         lambda: Option<[Floats<L>; 3]>,
     ) -> Projected<L, 3, 3> {
+        let rows = self.lane_rows(simd, block, x);
+        let rates = moved.map(
+            #[inline(always)]
+            |moved| {
+                let rows = self.lane_rows(simd, block, &halfway::<L, 3>(x, moved));
+                rows.map(
+                    #[inline(always)]
+                    |row| rate(simd, &row.gradients, moved),
+                )
+            },
+        );
+        solve_rows(simd, &rows, x, rates, lambda, self.gamma)
+    }
+}
+
+impl<const ISOTROPIC: bool> Kernel<'_, ISOTROPIC> {
+    #[inline(always)]
+    fn lane_rows<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<3>,
+        x: &[Columns<L>; 3],
+    ) -> [LaneRow<L, 3>; 3] {
         let zero = simd.number(0.0);
         let p = block.column(simd, &self.facets.inverse[0]);
         let q = block.column(simd, &self.facets.inverse[1]);
@@ -317,7 +340,7 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
         let [Some(first), Some(second), Some(third)] = rows else {
             unreachable!("every row has been made");
         };
-        solve_rows(simd, &[first, second, third], x, moved, lambda, self.gamma)
+        [first, second, third]
     }
 }
 

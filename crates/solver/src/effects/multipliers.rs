@@ -11,7 +11,9 @@ use std::ops::Range;
 ///
 /// Δλ = −(C + α̃λ + γ ∇C·(x − p)) / ((1 + γ) Σ w‖∇C‖² + α̃), with α̃ = α/h²,
 ///
-/// and each particle moves by w Δλ ∇C. λ/h² is the force along ∇C in N.
+/// and each particle moves by w Δλ ∇C. λ/h² is the force along ∇C in N. In the damping term, ∇C is taken in
+/// the middle of the way from p to x, or the term is C(x) − C(p) itself: with ∇C at x, a rotation
+/// by φ in a substep would count as a strain of φ²/2, and shrink what rotates.
 ///
 /// **Damping.** The paper has γ = α̃β̃/h = αβ/h, with a damping coefficient β per constraint. Here
 /// the parameter is τ = αβ, a time in s, so γ = τ/h: a body of compliance α then has the viscosity

@@ -7,7 +7,7 @@ use crate::{
     elastic::{Curvature, Elastic, Point, Row},
     kernel::{
         arithmetic::{cross, difference, dot},
-        block::{Block, Blocks, LaneRow, Projected, solve_rows},
+        block::{Block, Blocks, LaneRow, Projected, halfway, rate, solve_rows},
     },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
@@ -361,6 +361,30 @@ impl Blocks<4, 2> for Kernel<'_> {
         moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[Floats<L>; 2]>,
     ) -> Projected<L, 4, 2> {
+        let rows = self.lane_rows(simd, block, x, lambda.as_ref());
+        let rates = moved.map(
+            #[inline(always)]
+            |moved| {
+                let rows = self.lane_rows(simd, block, &halfway::<L, 4>(x, moved), None);
+                rows.map(
+                    #[inline(always)]
+                    |row| rate(simd, &row.gradients, moved),
+                )
+            },
+        );
+        solve_rows(simd, &rows, x, rates, lambda, self.gamma)
+    }
+}
+
+impl Kernel<'_> {
+    #[inline(always)]
+    fn lane_rows<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<4>,
+        x: &[Columns<L>; 4],
+        lambda: Option<&[Floats<L>; 2]>,
+    ) -> [LaneRow<L, 4>; 2] {
         let zero = simd.number(0.0);
         let one = simd.number(1.0);
         let mut inverse = [[zero; 3]; 3];
@@ -442,12 +466,12 @@ impl Blocks<4, 2> for Kernel<'_> {
             .per_modulus
             .map(|per_modulus| (simd.number(per_modulus) / rest_volume).min(SOFTEST));
         // Without a gradient it is inactive: its multiplier does not change.
-        let silent = match &lambda {
+        let silent = match lambda {
             Some(lambda) => -(alpha_volume * lambda[1]),
             None => zero,
         };
         let error = folded.select(silent, volume);
-        let rows = [
+        [
             LaneRow {
                 error: shear,
                 gradients: along_shear,
@@ -460,8 +484,7 @@ impl Blocks<4, 2> for Kernel<'_> {
                 alpha: alpha_volume,
                 least: floor,
             },
-        ];
-        solve_rows(simd, &rows, x, moved, lambda, self.gamma)
+        ]
     }
 }
 

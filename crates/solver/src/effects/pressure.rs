@@ -160,6 +160,7 @@ impl Pressure {
 impl BodyEffect for Pressure {
     type State = PressureState;
     type Scope = WholeBody;
+    const IS_INTERNAL: bool = true;
     type ReferenceState = PressureState;
 
     fn solve(&self, state: &mut PressureState, mut part: Part, pass: &BodyPass) -> bool {

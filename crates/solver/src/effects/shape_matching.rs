@@ -332,6 +332,7 @@ impl ShapeMatchingState {
 impl BodyEffect for ShapeMatching {
     type State = Option<Box<ShapeMatchingState>>;
     type Scope = WholeBody;
+    const IS_INTERNAL: bool = true;
     type ReferenceState = ShapeMatchingState;
 
     fn prepare(&self, state: &mut Option<Box<ShapeMatchingState>>, body: &Resting) {

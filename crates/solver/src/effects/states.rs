@@ -1,8 +1,10 @@
 //! States of the effects of a body.
 
-use super::{body_kinds::BodyEffectStates, rod, workspace::Workspace};
+use super::{body_kinds::BodyEffectStates, force::Load, rod, workspace::Workspace};
 use crate::{
-    Effects, ElasticKind, Particles, SurfaceForce, TearState, Topology, contact::Recorded,
+    Effects, ElasticKind, Particles, SurfaceForce, TearState, Topology,
+    contact::{Recorded, WayOut},
+    step::free::{Free, SpinState},
 };
 use glam::Vec4;
 
@@ -21,12 +23,57 @@ pub struct EffectStates {
     /// motion.
     pub records_contacts: bool,
     pub(crate) recorded: Recorded,
+    /// Whether the body touched something in the tick, or is stitched to something.
+    pub is_touched: bool,
     /// Workspace of a body that is stepped in lanes.
     pub(crate) workspace: Workspace,
+    /// What was found at the beginning of the tick.
+    pub(crate) scratch: Scratch,
     /// Limits of tearing.
     pub(crate) tear: Option<Box<TearState>>,
     /// States of effects without elements.
     pub others: BodyEffectStates,
+}
+
+/// What was found at the beginning of a tick, and memory for it; nothing before the first one. No part of the
+/// state of a body: any two are equal.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Scratch(Option<Box<Found>>);
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Found {
+    /// What the body needs to keep its angular momentum.
+    pub spin: SpinState,
+    /// The sides to which it leaves the colliders that it began the tick in.
+    pub sides: Vec<WayOut>,
+    /// Memory for a wind.
+    pub loads: Vec<Load>,
+}
+
+impl PartialEq for Scratch {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Scratch {
+    /// To be filled.
+    pub fn found(&mut self) -> &mut Found {
+        self.0.get_or_insert_default()
+    }
+
+    /// The parts that can rotate freely.
+    pub fn free(&self) -> Free {
+        self.0.as_ref().map_or(Free::None, |found| found.spin.free)
+    }
+
+    /// Memory use in bytes.
+    fn bytes(&self) -> usize {
+        self.0.as_ref().map_or(0, |found| {
+            let columns = size_of_val(&found.sides[..]) + size_of_val(&found.loads[..]);
+            size_of::<Found>() + columns + found.spin.bytes()
+        })
+    }
 }
 
 impl EffectStates {
@@ -122,6 +169,7 @@ impl EffectStates {
             + size_of_val(&self.sums[..])
             + self.recorded.bytes()
             + self.workspace.bytes()
+            + self.scratch.bytes()
             + self.tear.as_deref().map_or(0, TearState::bytes)
             + self.others.bytes()
     }

@@ -163,6 +163,13 @@ impl Stitches {
         self.all.is_empty()
     }
 
+    /// Whether an intact one leads to another body, a collider or a place.
+    #[must_use]
+    pub fn lead_outside(&self) -> bool {
+        let is_outside = |it: &Stitch| !it.broken && !matches!(it.to, StitchEnd::Point(_));
+        self.all.iter().any(is_outside)
+    }
+
     /// Both points of each intact stitch between points of the body.
     pub(crate) fn intact_pairs(&self) -> impl Iterator<Item = [SurfacePoint; 2]> + '_ {
         let intact = self.all.iter().filter(|stitch| !stitch.broken);

@@ -417,7 +417,13 @@ impl Blocks<2, 1> for Kernel<'_> {
             error -= alpha * lambda;
         }
         if let Some([_, apart]) = moved {
-            error -= dot(&d, apart) / length * gamma;
+            // By the direction in the middle of the way: a rotation does not shorten it.
+            let mut middle = d;
+            for axis in 0..3 {
+                middle[axis] -= apart[axis] * 0.5;
+            }
+            let square = dot(&middle, &middle).max(f32::MIN_POSITIVE);
+            error -= dot(&middle, apart) / square.sqrt() * gamma;
         }
         let scale = error / denominator;
         Projected {

@@ -269,11 +269,15 @@ impl Blocks<4, 1> for Kernel<'_> {
             error -= alpha * lambda;
         }
         if let Some(moved) = moved {
-            let mut sum = simd.number(0.0);
-            for k in 0..3 {
-                sum += dot(&gradients[k], &moved[k + 1]);
-            }
-            error -= sum * (SIXTH * gamma);
+            // By the gradients in the middle of the way: a rotation does not change the volume.
+            let [_, da, db, dc] = moved;
+            let [a, b, c] = [(&a, da), (&b, db), (&c, dc)].map(
+                #[inline(always)]
+                |(side, way)| halfway_of::<L>(side, way),
+            );
+            let changed =
+                dot(da, &cross(&b, &c)) + dot(db, &cross(&c, &a)) + dot(dc, &cross(&a, &b));
+            error -= changed * (SIXTH * gamma);
         }
         let change = error / denominator;
         let step = change * SIXTH;
@@ -289,6 +293,16 @@ impl Blocks<4, 1> for Kernel<'_> {
             change: [change],
         }
     }
+}
+
+/// A side in the middle of its way.
+#[inline(always)]
+fn halfway_of<L: Lanes>(side: &Vectors<L>, way: &Vectors<L>) -> Vectors<L> {
+    [
+        side[0] - way[0] * 0.5,
+        side[1] - way[1] * 0.5,
+        side[2] - way[2] * 0.5,
+    ]
 }
 
 impl Kernel<'_> {

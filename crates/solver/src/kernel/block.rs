@@ -694,8 +694,41 @@ pub(crate) struct LaneRow<L: Lanes, const N: usize> {
     pub least: Floats<L>,
 }
 
+/// The corners in the middle of their way since the start of the substep, by which they have `moved`
+/// relative to the first: the change of C along the way is ∇C there times the way, to third order, and
+/// exactly 0 for a rotation.
+#[inline(always)]
+pub(crate) fn halfway<L: Lanes, const N: usize>(
+    x: &[Columns<L>; N],
+    moved: &[Vectors<L>; N],
+) -> [Columns<L>; N] {
+    let mut middle = *x;
+    for corner in 1..N {
+        for axis in 0..3 {
+            middle[corner][axis] = x[corner][axis] - moved[corner][axis] * 0.5;
+        }
+    }
+    middle
+}
+
+/// ∇C·(x − p) for the gradients of an equation.
+#[inline(always)]
+pub(crate) fn rate<L: Lanes, const N: usize>(
+    simd: L,
+    gradients: &[Vectors<L>; N],
+    moved: &[Vectors<L>; N],
+) -> Floats<L> {
+    let mut sum = simd.number(0.0);
+    // The first corner has no displacement relative to itself.
+    for (gradient, moved) in gradients.iter().zip(moved).skip(1) {
+        sum += dot(gradient, moved);
+    }
+    sum
+}
+
 /// Solves the `M` equations of each element together, (∇C W ∇Cᵀ(1 + γ) + α̃)
-/// Δλ = −(C + α̃λ + γ∇C·(x − p)), and returns the displacements of the particles.
+/// Δλ = −(C + α̃λ + γ∇C·(x − p)), and returns the displacements of the particles. `rates` are ∇C·(x − p) in
+/// the [middle](halfway) of the way, if the constraints are damped.
 ///
 /// By elimination without pivoting. An equation that depends on those before it, within rounding,
 /// is left out.
@@ -704,7 +737,7 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
     simd: L,
     rows: &[LaneRow<L, N>; M],
     x: &[Columns<L>; N],
-    moved: Option<&[Vectors<L>; N]>,
+    rates: Option<[Floats<L>; M]>,
     lambda: Option<[Floats<L>; M]>,
     gamma: f32,
 ) -> Projected<L, N, M> {
@@ -718,13 +751,8 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
         if let Some(lambda) = &lambda {
             error += row.alpha * lambda[i];
         }
-        if let Some(moved) = moved {
-            let mut sum = zero;
-            // The first corner has no displacement relative to itself.
-            for (gradient, moved) in row.gradients.iter().zip(moved).skip(1) {
-                sum += dot(gradient, moved);
-            }
-            error += sum * gamma;
+        if let Some(rates) = &rates {
+            error += rates[i] * gamma;
         }
         right[i] = -error;
         for j in 0..=i {

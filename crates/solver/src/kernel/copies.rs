@@ -16,11 +16,15 @@ use super::{
     block::{Block, Blocks, Projected},
     columns::{self, CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
     each::{InLanes, ParticlePass, Question},
-    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, WIDTH},
+    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors, WIDTH},
+    moments::{self, Moments, Turn},
 };
 use crate::{
     particles::Part,
-    topology::order::{Batch, Corner, Elements},
+    topology::{
+        order::{Batch, Corner, Elements},
+        strips::Strips,
+    },
 };
 use fearless_simd::{f32x4, prelude::*};
 use glam::{Vec3, Vec4};
@@ -35,7 +39,13 @@ pub struct Copies {
     particles: Vec<Line>,
     /// Carries c [m] in the same way, if they are needed.
     carry: Vec<Line>,
+    /// Displacements before internal constraints [m]: x, y and z of each particle, each in all lanes;
+    /// empty unless they are kept.
+    before: Vec<Line>,
 }
+
+/// Components of a displacement before internal constraints.
+const BEFORE: usize = 3;
 
 /// Multipliers of an effect for all copies: each in all lanes.
 pub(crate) type CopiedMultipliers = Vec<f32>;
@@ -134,6 +144,48 @@ impl Copies {
         is_finite
     }
 
+    /// Keeps the displacements before internal constraints.
+    pub(crate) fn keep(&mut self) {
+        let lanes = self.lanes;
+        let lines = self.count() * BEFORE * lanes;
+        self.before
+            .resize(lines.div_ceil(MAX_WIDTH), Line::default());
+        let particles = flat(&self.particles).chunks_exact(COMPONENTS * lanes);
+        let before = flat_mut(&mut self.before).chunks_exact_mut(BEFORE * lanes);
+        for (before, particle) in before.zip(particles) {
+            before.copy_from_slice(&particle[CARRIED * lanes..][..BEFORE * lanes]);
+        }
+    }
+
+    /// For each copy, the moments about its own of the `origins` [m] of what has moved its particles
+    /// since [`keep`](Self::keep). The particles are summed up as those of one body in these strips.
+    pub(crate) fn moments(
+        &self,
+        origins: &[Vec3; MAX_WIDTH],
+        strips: Option<Strips>,
+        instructions: Instructions,
+    ) -> [Moments; MAX_WIDTH] {
+        let mut all = [Moments::default(); MAX_WIDTH];
+        let work = Summing {
+            copies: self,
+            origins,
+            strips,
+            all: &mut all,
+        };
+        instructions.run_in(self.lanes, work);
+        all
+    }
+
+    /// Turns the particles of each copy.
+    pub(crate) fn turn(&mut self, turns: &[Turn; MAX_WIDTH], instructions: Instructions) {
+        let lanes = self.lanes;
+        let work = Turning {
+            particles: flat_mut(&mut self.particles),
+            turns,
+        };
+        instructions.run_in(lanes, work);
+    }
+
     /// Number of lanes.
     pub(crate) fn lanes(&self) -> usize {
         self.lanes
@@ -146,7 +198,9 @@ impl Copies {
 
     /// Memory use in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.particles[..]) + size_of_val(&self.carry[..])
+        size_of_val(&self.particles[..])
+            + size_of_val(&self.carry[..])
+            + size_of_val(&self.before[..])
     }
 }
 
@@ -269,6 +323,102 @@ impl SimdWork for EndAndBegin<'_> {
             rows.end(simd, Some(self.push));
         }
     }
+}
+
+/// [`Copies::moments`].
+struct Summing<'a> {
+    copies: &'a Copies,
+    origins: &'a [Vec3; MAX_WIDTH],
+    strips: Option<Strips>,
+    all: &'a mut [Moments; MAX_WIDTH],
+}
+
+impl SimdWork for Summing<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let count = self.copies.count();
+        let particles = flat(&self.copies.particles);
+        let before = flat(&self.copies.before);
+        let origin = vectors(simd, self.origins);
+        let rows = match self.strips {
+            Some(strips) => strips.rows(&(0..count)).end,
+            None => count.div_ceil(MAX_WIDTH),
+        };
+        let place = |row: usize, lane: usize| match self.strips {
+            Some(strips) => strips.row(row).particle(lane),
+            None => Some(row * MAX_WIDTH + lane),
+        };
+        // Those that one body has in each lane, of all copies.
+        let mut parts = [[simd.number(0.0); moments::COUNT]; MAX_WIDTH];
+        for (lane, sums) in parts.iter_mut().enumerate() {
+            for i in (0..rows).filter_map(|row| place(row, lane).filter(|i| *i < count)) {
+                let particle = &particles[i * COMPONENTS * L::LANES..][..COMPONENTS * L::LANES];
+                let before = &before[i * BEFORE * L::LANES..][..BEFORE * L::LANES];
+                let at = |component| number(simd, particle, component);
+                let began = |component| number(simd, before, component);
+                let by = [
+                    at(CARRIED) - began(0),
+                    at(CARRIED + 1) - began(1),
+                    at(CARRIED + 2) - began(2),
+                ];
+                let position = [at(0), at(1), at(2), at(3)];
+                moments::add(simd, sums, &origin, &position, &by);
+            }
+        }
+        let mut half = MAX_WIDTH / 2;
+        while half > 0 {
+            let (low, high) = parts.split_at_mut(half);
+            for (low, high) in low.iter_mut().zip(high) {
+                for (sum, other) in low.iter_mut().zip(high) {
+                    *sum += *other;
+                }
+            }
+            half /= 2;
+        }
+        for (component, sum) in parts[0].into_iter().enumerate() {
+            let mut of_copies = [0.0; MAX_WIDTH];
+            sum.store_slice(&mut of_copies[..L::LANES]);
+            for (moments, sum) in self.all.iter_mut().zip(of_copies) {
+                moments.0[component] = sum;
+            }
+        }
+    }
+}
+
+/// [`Copies::turn`].
+struct Turning<'a> {
+    particles: &'a mut [f32],
+    turns: &'a [Turn; MAX_WIDTH],
+}
+
+impl SimdWork for Turning<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let turn = [
+            vectors(simd, &self.turns.map(|it| it.origin)),
+            vectors(simd, &self.turns.map(|it| it.angle)),
+            vectors(simd, &self.turns.map(|it| it.shift)),
+        ];
+        for particle in self.particles.chunks_exact_mut(COMPONENTS * L::LANES) {
+            let at = |component| number(simd, particle, component);
+            let position = [at(0), at(1), at(2), at(3)];
+            let moved = [at(CARRIED), at(CARRIED + 1), at(CARRIED + 2)];
+            let turned = moments::turned(simd, &turn, &position, &moved);
+            for (k, turned) in turned.into_iter().enumerate() {
+                turned.store_slice(&mut particle[(CARRIED + k) * L::LANES..][..L::LANES]);
+            }
+        }
+    }
+}
+
+/// A vector of each copy.
+#[inline(always)]
+fn vectors<L: Lanes>(simd: L, all: &[Vec3; MAX_WIDTH]) -> Vectors<L> {
+    let component = |k: usize| {
+        let all = all.map(|it| it[k]);
+        simd.load(&all[..L::LANES])
+    };
+    [component(0), component(1), component(2)]
 }
 
 /// A component of a particle, in all lanes.

@@ -11,6 +11,7 @@ pub(crate) mod each;
 pub(crate) mod fit;
 pub(crate) mod geometry;
 pub(crate) mod lanes;
+pub(crate) mod moments;
 pub(crate) mod random;
 pub(crate) mod strips;
 pub(crate) mod sum;

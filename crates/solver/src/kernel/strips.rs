@@ -18,6 +18,7 @@ use super::{
     columns::{self, CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
     each::{InLanes, ParticlePass, Question},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, set_bits},
+    moments::{self, Moments, Turn},
 };
 use crate::{
     effects::multipliers::Multipliers,
@@ -38,23 +39,30 @@ pub(crate) struct StripColumns {
     pub particles: Vec<Line>,
     /// Carries c [m]: [`CARRIES`] of each row.
     pub carry: Vec<Line>,
+    /// Displacements before internal constraints [m]: [`BEFORE`] of each row; empty unless they are kept.
+    pub before: Vec<Line>,
     /// For each partition, whether its particles have been read.
     pub loaded: Vec<bool>,
 }
 
 impl StripColumns {
-    /// Makes room for these partitions; none of them has been read.
-    pub fn make_room(&mut self, partitions: &Partitions, strips: Strips) {
+    /// Makes room for these partitions, none of which has been read, and for displacements before internal
+    /// constraints if they are `kept`.
+    pub fn make_room(&mut self, partitions: &Partitions, strips: Strips, kept: bool) {
         let rows = strips.rows(&(0..partitions.particles())).end;
+        let before = if kept { rows * BEFORE } else { 0 };
         self.particles.resize(rows * PARTICLES, Line::default());
         self.carry.resize(rows * CARRIES, Line::default());
+        self.before.resize(before, Line::default());
         self.loaded.clear();
         self.loaded.resize(partitions.count(), false);
     }
 
     /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.particles[..]) + size_of_val(&self.carry[..])
+        size_of_val(&self.particles[..])
+            + size_of_val(&self.carry[..])
+            + size_of_val(&self.before[..])
     }
 }
 
@@ -68,6 +76,8 @@ pub(crate) struct StripRows<'a> {
     particles: &'a mut [Line],
     /// Carries.
     carry: &'a mut [Line],
+    /// Displacements before internal constraints, or nothing.
+    before: &'a mut [Line],
 }
 
 /// Lines of the particles of a row.
@@ -76,26 +86,34 @@ pub(crate) const PARTICLES: usize = COMPONENTS;
 /// Lines of their carries.
 pub(crate) const CARRIES: usize = CARRIED;
 
+/// Lines of their displacements before internal constraints.
+pub(crate) const BEFORE: usize = 3;
+
 impl<'a> StripRows<'a> {
-    /// With the [particles](PARTICLES) and [carries](CARRIES) of the rows from `first` on.
+    /// With the [particles](PARTICLES), the [carries](CARRIES) and, if they are kept, the [displacements
+    /// before internal constraints](BEFORE) of the rows from `first` on.
     ///
     /// # Panics
     /// If these have different numbers of rows.
     pub fn new(
         strips: Strips,
         first: usize,
-        particles: &'a mut [Line],
-        carry: &'a mut [Line],
+        [particles, carry, before]: [&'a mut [Line]; 3],
     ) -> Self {
         assert!(
             particles.len() * CARRIES == carry.len() * PARTICLES,
             "each particle has a carry"
+        );
+        assert!(
+            before.is_empty() || particles.len() * BEFORE == before.len() * PARTICLES,
+            "each particle has a displacement before constraints"
         );
         Self {
             strips,
             first,
             particles,
             carry,
+            before,
         }
     }
 
@@ -146,6 +164,103 @@ impl<'a> StripRows<'a> {
         };
         instructions.run_in(instructions.widest(), work);
         is_finite
+    }
+}
+
+impl StripRows<'_> {
+    /// Keeps the displacements before internal constraints.
+    pub fn keep(&mut self) {
+        let particles = self.particles.chunks_exact(PARTICLES);
+        for (before, particles) in self.before.chunks_exact_mut(BEFORE).zip(particles) {
+            before.copy_from_slice(&particles[CARRIED..][..BEFORE]);
+        }
+    }
+
+    /// The moments about `origin` [m] of what has moved particles since [`keep`](Self::keep).
+    pub fn moments(&self, origin: Vec3, instructions: Instructions) -> Moments {
+        let mut lanes = [[0.0; MAX_WIDTH]; moments::COUNT];
+        let work = Summing {
+            rows: self,
+            origin,
+            lanes: &mut lanes,
+        };
+        instructions.run_in(instructions.widest(), work);
+        Moments::of_lanes(lanes)
+    }
+
+    /// Turns the particles.
+    pub fn turn(&mut self, turn: &Turn, instructions: Instructions) {
+        let work = Turning {
+            particles: flat_mut(self.particles),
+            turn,
+        };
+        instructions.run_in(instructions.widest(), work);
+    }
+}
+
+/// [`StripRows::moments`].
+struct Summing<'a, 'b> {
+    rows: &'a StripRows<'b>,
+    origin: Vec3,
+    lanes: &'a mut [[f32; MAX_WIDTH]; moments::COUNT],
+}
+
+impl SimdWork for Summing<'_, '_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let origin = moments::splat(simd, self.origin);
+        let rows = flat(self.rows.particles).chunks_exact(PARTICLES * MAX_WIDTH);
+        let before = flat(self.rows.before).chunks_exact(BEFORE * MAX_WIDTH);
+        for low in parts::<L>() {
+            let mut sums = [simd.number(0.0); moments::COUNT];
+            for (row, before) in rows.clone().zip(before.clone()) {
+                let at = |k: usize| simd.load(&row[k * MAX_WIDTH + low..][..L::LANES]);
+                let began = |k: usize| simd.load(&before[k * MAX_WIDTH + low..][..L::LANES]);
+                let by = [
+                    at(CARRIED) - began(0),
+                    at(CARRIED + 1) - began(1),
+                    at(CARRIED + 2) - began(2),
+                ];
+                let position = [at(0), at(1), at(2), at(3)];
+                moments::add(simd, &mut sums, &origin, &position, &by);
+            }
+            for (lanes, sum) in self.lanes.iter_mut().zip(sums) {
+                sum.store_slice(&mut lanes[low..][..L::LANES]);
+            }
+        }
+    }
+}
+
+/// [`StripRows::turn`].
+struct Turning<'a> {
+    particles: &'a mut [f32],
+    turn: &'a Turn,
+}
+
+impl SimdWork for Turning<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let Turn {
+            origin,
+            angle,
+            shift,
+        } = *self.turn;
+        let turn = [origin, angle, shift].map(
+            #[inline(always)]
+            |it| moments::splat(simd, it),
+        );
+        for row in self.particles.chunks_exact_mut(PARTICLES * MAX_WIDTH) {
+            for low in parts::<L>() {
+                let at = |k: usize| simd.load(&row[k * MAX_WIDTH + low..][..L::LANES]);
+                let position = [at(0), at(1), at(2), at(3)];
+                let moved = [at(CARRIED), at(CARRIED + 1), at(CARRIED + 2)];
+                let turned = moments::turned(simd, &turn, &position, &moved);
+                for (k, turned) in turned.into_iter().enumerate() {
+                    let into = &mut row[(CARRIED + k) * MAX_WIDTH + low..][..L::LANES];
+                    turned.store_slice(into);
+                }
+            }
+        }
     }
 }
 

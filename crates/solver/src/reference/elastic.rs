@@ -111,8 +111,8 @@ impl Body {
                 };
             }
             let rows = effect.rows(&topology, index, points);
-            let way = corners.map(|i| self.x[i as usize] - self.p[i as usize]);
-            let change = xpbd(&rows, points.map(|point| point.w), way, lambda, gamma, h);
+            let rates = self.rates(effect, index, corners);
+            let change = xpbd(&rows, points.map(|point| point.w), rates, lambda, gamma, h);
             for (corner, i) in corners.into_iter().enumerate() {
                 let (sum, count) = &mut sums[i as usize];
                 for (row, change) in rows.iter().zip(change) {
@@ -166,8 +166,8 @@ impl Body {
         for ((index, corners), lambda) in elements.zip(lambdas.chunks_exact_mut(M)) {
             let points = self.points(corners);
             let rows = effect.rows(&topology, index, points);
-            let way = corners.map(|i| self.x[i as usize] - self.p[i as usize]);
-            let change = xpbd(&rows, points.map(|point| point.w), way, lambda, gamma, h);
+            let rates = self.rates(effect, index, corners);
+            let change = xpbd(&rows, points.map(|point| point.w), rates, lambda, gamma, h);
             let change = change.map(|change| change * relaxation);
             for (lambda, change) in lambda.iter_mut().zip(change) {
                 *lambda += change;
@@ -175,6 +175,26 @@ impl Body {
             self.push(corners, &rows, &change);
         }
         self.lambdas[E::KIND as usize] = lambdas;
+    }
+
+    /// By how much the equations of an element have changed since the start of the substep: ∇C·(x − p)
+    /// with the gradients in the middle of the way, which is exactly 0 for a rotation.
+    fn rates<const N: usize, const M: usize, E: Elastic<N, M>>(
+        &self,
+        effect: &E,
+        index: usize,
+        corners: [u32; N],
+    ) -> [f64; M] {
+        if effect.damping().get() == 0.0 {
+            return [0.0; M];
+        }
+        let way = corners.map(|i| self.x[i as usize] - self.p[i as usize]);
+        let mut points = self.points(corners);
+        for (point, way) in points.iter_mut().zip(way) {
+            point.x -= way / 2.0;
+        }
+        let rows = effect.rows(&self.topology, index, points);
+        rows.map(|row| row.gradients.iter().zip(way).map(|(g, d)| g.dot(d)).sum())
     }
 
     pub(super) fn points<const N: usize>(&self, corners: [u32; N]) -> [Point; N] {
@@ -200,11 +220,12 @@ impl Body {
     }
 }
 
-/// Δλ of XPBD's equation 26 with γ = τ/h, for all equations of an element together; `way` is x − p.
+/// Δλ of XPBD's equation 26 with γ = τ/h, for all equations of an element together; `rates` are their
+/// changes since the start of the substep.
 fn xpbd<const N: usize, const M: usize>(
     rows: &[Row<N>; M],
     w: [f64; N],
-    way: [DVec3; N],
+    rates: [f64; M],
     lambda: &[f64],
     gamma: f64,
     h: f64,
@@ -217,13 +238,7 @@ fn xpbd<const N: usize, const M: usize>(
     let mut matrix = [[0.0; M]; M];
     let mut right = [0.0; M];
     for i in 0..M {
-        let moved: f64 = rows[i]
-            .gradients
-            .iter()
-            .zip(way)
-            .map(|(g, d)| g.dot(d))
-            .sum();
-        right[i] = -(rows[i].error + alpha(i) * lambda[i] + gamma * moved);
+        right[i] = -(rows[i].error + alpha(i) * lambda[i] + gamma * rates[i]);
         matrix[i] = std::array::from_fn(|j| (1.0 + gamma) * weight(i, j));
         matrix[i][i] = (1.0 + gamma) * weight(i, i).max(rows[i].least) + alpha(i);
     }

@@ -23,7 +23,7 @@ mod tear;
 use crate::{
     Collider, Contacts, Effects, ElasticKind, Emission, Grains, RodState, SegmentState, Settings,
     Stitches, Substep, Threads, Topology,
-    contact::pairs::Between,
+    contact::{WayOut, pairs::Between},
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
         body_kinds::{BodyEffectKind, ReferenceStates},
@@ -88,14 +88,16 @@ pub struct Body {
     masses: tear::Masses,
     /// What its emitter has emitted.
     emission: Emission,
+    /// The sides to which it leaves colliders that it began the tick in.
+    sides: Vec<WayOut>,
+    /// The parts that keep their angular momentum in the tick.
+    free_parts: Vec<Vec<u32>>,
     /// Repair state.
     repair: Repair,
     /// State of the previous substep for [second-order steps](crate::History).
     past: Past,
     /// Length of the current substep for implicit Euler [s].
     h: f64,
-    /// Angular momentum to conserve in the current substep, if any [kg·m²/s].
-    spin: Option<DVec3>,
 }
 
 /// State of a body one substep ago.
@@ -240,6 +242,8 @@ impl World {
             let is_near = touch && contacts.is_near(place) || joined.contains(body.number);
             if step.index == 0 {
                 body.check_damage(settings);
+                body.find_sides(&colliders);
+                body.find_free_parts(settings);
             }
             body.move_repaired(whole);
             body.h = if settings.order.get() == 2 && !*keeps_multipliers {
@@ -248,8 +252,12 @@ impl World {
                 whole
             };
             let h = body.h;
-            body.spin = body.spin(settings);
-            body.push_by_forces(Moment { time: start, h });
+            body.past.touched = false;
+            body.push_by_forces(Moment {
+                time: start,
+                h,
+                gravity,
+            });
             if let Some(kept) = step.method.keeps_speed() {
                 body.spins
                     .iter_mut()
@@ -267,7 +275,14 @@ impl World {
         for iteration in 0..step.total_iterations() {
             for body in &mut *bodies {
                 let pass = pass(body.h, iteration);
+                let is_kept =
+                    !body.free_parts.is_empty() && body.h == whole && body.repair.is_empty();
+                let before = is_kept.then(|| body.x.clone());
                 body.iterate(step, pass.compliant, iteration, pass.is_anew);
+                body.solve_internal(&pass);
+                if let Some(before) = before {
+                    body.turn_back(&before);
+                }
                 body.solve_effects(BodyPhase::Iteration, &pass);
             }
             joints::solve(bodies, step, iteration);
@@ -295,10 +310,6 @@ impl World {
         for body in &mut *bodies {
             let h = body.h;
             body.postsolve(h);
-            let spin = body.spin.take();
-            if let Some(spin) = spin.filter(|_| !body.past.touched) {
-                body.restore_spin(spin);
-            }
             body.resist_rolling(h);
             body.end_repair();
             body.flow(start + h, h);
@@ -353,10 +364,11 @@ impl Body {
                 pins: body.pins.clone(),
             },
             emission: body.particles.emission.clone(),
+            sides: Vec::new(),
+            free_parts: Vec::new(),
             repair: Repair::default(),
             past: Past::default(),
             h: 0.0,
-            spin: None,
         };
         own.carry(&body.effects);
         own
@@ -385,6 +397,12 @@ impl Body {
         &self.states.stitches.0
     }
 
+    /// Whether it touched something in the last substep, or is stitched to something.
+    #[must_use]
+    pub fn is_touched(&self) -> bool {
+        self.past.touched || self.stitches().lead_outside()
+    }
+
     /// The segments of its rod, in the order of
     /// [`Particles::segments`](crate::Particles::segments); empty without one.
     #[must_use]
@@ -396,9 +414,17 @@ impl Body {
     fn solve_effects(&mut self, phase: BodyPhase, pass: &ReferencePass) {
         for &kind in BodyEffectKind::ALL {
             let is_rigid = phase == BodyPhase::Contact && self.effects.is_rigid();
-            if kind.phase() == phase && !is_rigid {
+            if kind.phase() == phase && !kind.is_internal() && !is_rigid {
                 self.solve_effect(kind, pass);
             }
+        }
+    }
+
+    /// A pass of those that have no torque.
+    fn solve_internal(&mut self, pass: &ReferencePass) {
+        let all = BodyEffectKind::ALL.iter();
+        for &kind in all.filter(|kind| kind.is_internal()) {
+            self.solve_effect(kind, pass);
         }
     }
 
@@ -420,6 +446,7 @@ impl Body {
             from: &self.from,
             w: &self.w,
             spins: &mut self.spins,
+            sides: &self.sides,
             rolling_resistance: rolling.unwrap_or(0.0),
             touched: &mut self.past.touched,
         };

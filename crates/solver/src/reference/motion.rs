@@ -3,18 +3,17 @@
 use super::{Body, Past};
 use crate::{
     Effects, Settings, Stitches, Topology,
-    contact::collider::SweptCollider,
-    contact::exit,
-    contact::pairs::Tangible,
+    contact::{WayOut, collider::SweptCollider, exit, inside::side, pairs::Tangible},
     force::Force,
     force::Moment,
     force::Mote,
     force::VisitForces,
     history::STEP_FRACTION,
+    kernel::moments::Moments,
     repair::{OneByOne, ParticleAccess, Repairable},
     rolling::GroundContact,
     spin::Motion,
-    spin::is_free,
+    step::free::free_parts,
 };
 use glam::DVec3;
 use std::{cell::Cell, sync::Arc};
@@ -132,7 +131,8 @@ impl Body {
                     v: v[i as usize].get(),
                     w: w[i as usize],
                 };
-                force.act(topology, self.1, at, |i, change| {
+                let loads = &mut Vec::new();
+                force.act(topology, self.1, at, loads, |i, change| {
                     let weight = weight(i);
                     if w[i as usize] > 0.0 && weight > 0.0 {
                         v[i as usize].set(v[i as usize].get() + change * weight);
@@ -215,17 +215,6 @@ impl Body {
         }
     }
 
-    /// Angular momentum to conserve in a substep, if any: see [`spin`](crate::spin).
-    pub(super) fn spin(&mut self, settings: &Settings) -> Option<DVec3> {
-        self.past.touched = false;
-        let enabled = settings.keep_spin.get() == 1 && settings.order.get() == 1;
-        let free = enabled
-            && settings.method.keeps_speed().is_none()
-            && is_free(&self.effects, self.stitches())
-            && self.w.iter().all(|w| *w > 0.0);
-        free.then(|| self.motion().angular)
-    }
-
     /// Finds damaged elements at the start of a tick, see [`repair`](crate::repair).
     pub(super) fn check_damage(&mut self, settings: &Settings) {
         let mut repair = std::mem::take(&mut self.repair);
@@ -233,6 +222,32 @@ impl Body {
         if let Some(body) = Repairable::of(&self.effects, &topology, settings) {
             repair.check(&body, settings.tick_seconds(), self, &OneByOne);
             self.repair = repair;
+        }
+    }
+
+    /// Finds the parts that keep their angular momentum.
+    pub(super) fn find_free_parts(&mut self, settings: &Settings) {
+        self.free_parts = match settings.keeps_spin() {
+            true => free_parts(&self.effects, &self.topology, |i| self.w[i as usize] > 0.0),
+            false => Vec::new(),
+        };
+    }
+
+    /// Finds the sides to which it leaves the colliders that it is in.
+    pub(super) fn find_sides(&mut self, colliders: &[SweptCollider]) {
+        self.sides.clear();
+        if self.effects.collide.is_none() || !self.topology.radii.is_empty() {
+            return;
+        }
+        for (number, collider) in (0..).zip(colliders) {
+            let moving = (0..self.x.len()).filter(|&i| self.w[i] > 0.0);
+            let local = moving.map(|i| collider.from.undo(self.x[i]));
+            if let Some(direction) = side(&collider.shape, local) {
+                self.sides.push(WayOut {
+                    collider: number,
+                    direction,
+                });
+            }
         }
     }
 
@@ -255,12 +270,24 @@ impl Body {
         Motion::of(|i| (1.0 / self.w[i], self.x[i], self.v[i]), self.x.len())
     }
 
-    /// Applies the rigid rotation that results in this angular momentum.
-    pub(super) fn restore_spin(&mut self, angular: DVec3) {
-        let motion = self.motion();
-        let turn = motion.rotation_to(angular);
-        for (v, x) in self.v.iter_mut().zip(&self.x) {
-            *v += turn.cross(*x - motion.center);
+    /// Takes back what internal constraints have done to the angular momentum of the parts that can
+    /// rotate freely; before, the particles were at `before` [m]. See [`spin`](crate::spin).
+    pub(super) fn turn_back(&mut self, before: &[DVec3]) {
+        for part in &self.free_parts {
+            let mut sums = Moments::<f64>::default();
+            for &i in part {
+                let i = i as usize;
+                sums.add(Moments::of(
+                    1.0 / self.w[i],
+                    self.from[i],
+                    self.x[i] - before[i],
+                ));
+            }
+            if let Some((angle, center)) = sums.turn_back() {
+                for &i in part {
+                    self.x[i as usize] += angle.cross(self.from[i as usize] - center);
+                }
+            }
         }
     }
 

@@ -13,9 +13,10 @@ pub use super::{
 };
 
 use super::kernels::{ElasticPass, Kernels, halves_of};
-pub(crate) use super::stage::Solve;
+pub(crate) use super::stage::{Acting, Solve};
 use crate::{
     BodyEffectKind, Effects, ElasticKind, ForceKind, Grains, Settings, Substep, Threads, Topology,
+    contact::{WayOut, find_sides},
     direct::Iteration,
     effects::{
         body_effect::{BodyPass, Resting},
@@ -24,16 +25,19 @@ use crate::{
     },
     executor::PhaseExecutor,
     force::Moment,
-    kernel::{block::Put, copies::Copies},
+    kernel::{block::Put, copies::Copies, moments::moments},
     particles::Part,
     partitions::Piece,
     phases::{Phase, Phases, Task},
     shared_body::SharedBody,
     stages,
     step::{
+        free::Free,
         scope::Side,
+        spin,
         strips::{InStrips, Moving},
     },
+    topology::strips::Strips,
 };
 use std::{iter, ops::Range, sync::Arc};
 
@@ -51,18 +55,35 @@ pub(crate) enum Friction {
 /// of 4000 particles, stays in the cache from one phase to the next.
 const MIN_PARTITIONS: usize = 16;
 
-/// Tasks with their sides: at most four per stage.
-type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
+/// Tasks with their sides: at most four per stage, and four more around internal constraints.
+type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 8>>;
 
 impl Stage {
-    /// Tasks of the stage on a body with these effects.
-    fn tasks(
+    /// Tasks of the stage on a body on which these effects act, with what keeps its [angular
+    /// momentum](crate::spin).
+    fn tasks(self, topology: &Topology, acting: Acting, step: &Substep, iteration: u32) -> Tasks {
+        let stage = self;
+        let own = self.own_tasks(topology, acting, step, iteration);
+        let [begins, ends] = acting.bounds(stage, iteration >= step.iterations);
+        let keep = begins.then_some((Task::Keep { stage }, Side::Any));
+        let is_whole = acting.free == Free::Whole;
+        let sum = (ends && is_whole).then_some((Task::Sum { stage }, Side::Even));
+        let find = ends.then_some((Task::FindTurn { stage }, Side::Whole));
+        let turn = (ends && is_whole).then_some((Task::TurnBack { stage }, Side::Any));
+        let [a, b, c, d] = own;
+        [keep, a, b, c, d, sum, find, turn].into_iter().flatten()
+    }
+
+    fn own_tasks(
         self,
         topology: &Topology,
-        (effects, stitched): (&Effects, bool),
+        acting: Acting,
         step: &Substep,
         iteration: u32,
-    ) -> Tasks {
+    ) -> [Option<(Task, Side)>; 4] {
+        let Acting {
+            effects, stitched, ..
+        } = acting;
         let pass = (iteration, step.total_iterations(), step.is_last());
         let substep = step.index;
         let single = |task, side| [Some((task, side)), None, None, None];
@@ -110,20 +131,19 @@ impl Stage {
             Self::Direct => single(Task::Direct { substep, iteration }, Side::Whole),
             Self::Postsolve => single(Task::End { substep }, Side::Any),
         }
-        .into_iter()
-        .flatten()
     }
 }
 
 /// Tasks of some substeps without plastic flow or second-order steps.
 pub(super) fn tasks<'a>(
     topology: &'a Topology,
-    (effects, stitched): (&'a Effects, bool),
+    acting: Acting<'a>,
     substeps: &Range<u32>,
     context: &StepContext<'a>,
 ) -> impl Iterator<Item = (Task, Side)> + Clone + Send + Sync + use<'a> {
     let settings = context.settings;
-    let solve = Solve::of(effects, stitched, settings.method);
+    let effects = acting.effects;
+    let solve = Solve::of(effects, acting.stitched, settings.method);
     let first = substeps.start;
     let mut forces = ForceKind::ALL
         .into_iter()
@@ -140,9 +160,8 @@ pub(super) fn tasks<'a>(
         let end = end.map(|substep| (Task::End { substep }, Side::Any));
         let start = previous.map_or(Task::Begin, |substep| Task::EndAndBegin { substep });
         let damping = damps.then_some((Task::DampVelocity, Side::Any));
-        let of_stage = move |stage: Stage, iteration| {
-            stage.tasks(topology, (effects, stitched), &step, iteration)
-        };
+        let of_stage =
+            move |stage: Stage, iteration| stage.tasks(topology, acting, &step, iteration);
         let iterations = solve
             .stages(step)
             .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
@@ -162,6 +181,12 @@ pub(super) fn tasks<'a>(
 }
 
 impl Stepper<'_> {
+    /// Records a contact in the current substep.
+    pub(crate) fn touch(&mut self) {
+        self.particles.touch();
+        self.states.is_touched = true;
+    }
+
     /// Begins or continues a tick: updates the states of the effects. Multipliers are stored where
     /// they are `read`, by later iterations or for measurements, and by tearing.
     pub fn prepare(&mut self, read: bool) {
@@ -217,9 +242,27 @@ impl Stepper<'_> {
     pub(crate) fn begin_repair(&mut self, step: &Substep, context: &StepContext) {
         self.convert_substep(context);
         if step.index == 0 {
-            self.check_damage(context);
+            self.look(context);
         }
         self.move_repaired(context);
+    }
+
+    /// Finds what is found once a tick, before its first substep: damage, colliders that particles are in,
+    /// and what can rotate freely.
+    fn look(&mut self, context: &StepContext) {
+        self.states.is_touched = self.stitches.lead_outside();
+        self.check_damage(context);
+        let colliders = match self.effects.collide {
+            Some(_) => context.swept.of(0),
+            None => &[],
+        };
+        let positions = &self.particles.positions;
+        let found = self.states.scratch.found();
+        find_sides(&mut found.sides, self.topology, positions, colliders);
+        if self.effects.wind.is_none() {
+            found.loads = Vec::new();
+        }
+        self.begin_spin(context.settings);
     }
 
     /// The part of [`begin`](Self::begin) after repair. `is_near` tells whether another surface is
@@ -232,7 +275,6 @@ impl Stepper<'_> {
     ) {
         if context.settings.order.get() == 1 {
             self.begin_first_order(context);
-            self.store_spin(context);
             return;
         }
         let restarts = is_near || self.may_touch(step, context);
@@ -308,7 +350,7 @@ impl Stepper<'_> {
     pub(super) fn start(&mut self, substeps: &Range<u32>, context: &StepContext) -> bool {
         self.convert_substep(context);
         if substeps.start == 0 {
-            self.check_damage(context);
+            self.look(context);
         }
         let begins = context.settings.begins_each_substep();
         let repaired = !self.particles.repair.is_empty();
@@ -338,7 +380,6 @@ impl Stepper<'_> {
     /// Ends a substep: the counterpart of [`begin`](Self::begin), after the last stage and before
     /// plastic flow; [`advance`](Self::advance) does so.
     pub fn end(&mut self) {
-        self.restore_spin();
         self.resist_rolling();
         self.end_repair();
     }
@@ -353,15 +394,21 @@ impl Stepper<'_> {
         let effects = *self.effects;
         let settings = context.settings;
         self.prepare_together(&substeps, settings);
-        let carried = (&effects, !self.stitches.is_empty());
-        let tasks = tasks(&shape, carried, &substeps, context);
-        let strips = InStrips::of(&shape, &effects, tasks.clone(), context);
+        let acting = self.acting(&effects, settings);
+        let tasks = tasks(&shape, acting, &substeps, context);
+        let strips = InStrips::of(&shape, acting, tasks.clone(), context);
         if strips.is_none() {
             self.states.workspace = Workspace::default();
         }
         let iterations = substeps.len() * settings.substep(0).total_iterations() as usize;
         let friction = Friction::Included;
         self.run(&shape, (tasks, friction, strips), iterations, context)
+    }
+
+    /// What acts on the body, with these effects.
+    pub(super) fn acting<'a>(&self, effects: &'a Effects, settings: &Settings) -> Acting<'a> {
+        let stitched = !self.stitches.is_empty();
+        Acting::of(effects, stitched, settings, self.free())
     }
 
     /// Prepares what the tasks of some substeps need.
@@ -412,8 +459,8 @@ impl Stepper<'_> {
             self.states.make_sums(shape.particles());
         }
         self.prepare_effects(step, |kind| stage == Stage::Body(kind));
-        let stitched = !self.stitches.is_empty();
-        let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
+        let acting = self.acting(self.effects, context.settings);
+        let tasks = stage.tasks(&shape, acting, step, iteration);
         let iterations = usize::from(matches!(stage, Stage::Elastic(_)));
         self.run(&shape, (tasks, friction, None), iterations, context)
     }
@@ -431,20 +478,19 @@ impl Stepper<'_> {
         let shape = Arc::clone(self.topology);
         let topology: &Topology = &shape;
         let effects = *self.effects;
-        let stitched = !self.stitches.is_empty();
         self.prepare_sums(step);
         self.prepare_effects(step, |kind| {
             let mut stages = stages.clone();
             stages.any(|(stage, _)| stage == Stage::Body(kind))
         });
         let effects = &effects;
+        let acting = self.acting(effects, context.settings);
         let mut elastic = stages.clone();
         let iterations = usize::from(elastic.any(|(stage, _)| matches!(stage, Stage::Elastic(_))));
-        let tasks = stages.flat_map(move |(stage, iteration)| {
-            stage.tasks(topology, (effects, stitched), step, iteration)
-        });
+        let tasks = stages
+            .flat_map(move |(stage, iteration)| stage.tasks(topology, acting, step, iteration));
         let friction = Friction::Included;
-        let strips = InStrips::of(topology, effects, tasks.clone(), context);
+        let strips = InStrips::of(topology, acting, tasks.clone(), context);
         self.run(topology, (tasks, friction, strips), iterations, context)
     }
 
@@ -491,8 +537,9 @@ impl Stepper<'_> {
         let is_large = self.effects.is_direct(context.settings.method) && self.direct.is_large();
         let pays = !is_large && partitions.count() > 1 && context.threads.pays(projections);
         if let (Some(_), Some(strips)) = (strips, partitions.strips()) {
+            let is_kept = self.free() == Free::Whole;
             let columns = self.states.workspace.columns();
-            columns.strips.make_room(partitions, strips);
+            columns.strips.make_room(partitions, strips, is_kept);
         }
         let phases = Phases::new(Moving::new(tasks, strips), partitions);
         let task_context = TaskContext::new(topology, self, friction, context);
@@ -532,7 +579,7 @@ impl Stepper<'_> {
             unsafe { shared.store(partitions, strips.stay(), context.instructions) };
         }
         if shared.touched() {
-            self.particles.touch();
+            self.touch();
         }
         if result.is_err() {
             // Pieces far from the failed one may be some phases ahead of it.
@@ -583,6 +630,11 @@ impl<'a> TaskContext<'a> {
         }
     }
 
+    /// How the particles are placed in lanes.
+    pub fn strips(&self) -> Option<Strips> {
+        self.topology.partitions.strips()
+    }
+
     /// Performs the tasks of a phase on one of its pieces.
     ///
     /// # Safety
@@ -614,7 +666,11 @@ impl<'a> TaskContext<'a> {
     }
 
     /// A pass of an effect without elements on a piece whose first particle has number `first`.
-    fn body_pass(&self, first: usize, substep: u32, iteration: u32) -> BodyPass<'_> {
+    fn body_pass<'b>(
+        &'b self,
+        (first, sides): (usize, &'b [WayOut]),
+        (substep, iteration): (u32, u32),
+    ) -> BodyPass<'b> {
         let StepContext {
             settings,
             swept,
@@ -626,6 +682,7 @@ impl<'a> TaskContext<'a> {
             topology: self.topology,
             first,
             colliders: swept.of(substep),
+            sides,
             gravity: settings.gravity,
             seconds: settings.substep_seconds(),
             h: self.h,
@@ -656,7 +713,8 @@ impl<'a> TaskContext<'a> {
         (shared, piece): (&SharedBody, &Piece),
         copies: &mut Copies,
     ) -> Option<u64> {
-        let pass = self.body_pass(piece.particles.start, substep, iteration);
+        let at = (piece.particles.start, shared.sides());
+        let pass = self.body_pass(at, (substep, iteration));
         let effect = (&self.effects, kind);
         // SAFETY: the caller's promise.
         unsafe { shared.states.solve_in_lanes(effect, piece, copies, &pass) }
@@ -706,8 +764,12 @@ impl<'a> TaskContext<'a> {
                 let moment = Moment {
                     time: self.context.time + h * f64::from(substep),
                     h: self.h.into(),
+                    gravity: settings.gravity.as_dvec3(),
                 };
-                self.effects.push(kind, self.topology, moment, part);
+                // SAFETY: the whole body is one piece.
+                let loads = unsafe { shared.loads() };
+                self.effects
+                    .push(kind, (self.topology, moment), loads, part);
             }
             Task::DampVelocity => {
                 if let Some(kept) = self.any.method.keeps_speed() {
@@ -781,7 +843,8 @@ impl<'a> TaskContext<'a> {
                 substep,
                 iteration,
             } => {
-                let pass = self.body_pass(first, substep, iteration);
+                let at = (first, shared.sides());
+                let pass = self.body_pass(at, (substep, iteration));
                 let effect = (&self.effects, kind);
                 let mut rows = rows.filter(|_| is_loaded);
                 if let Some(rows) = &mut rows {
@@ -798,6 +861,48 @@ impl<'a> TaskContext<'a> {
                 shared.touch(touched);
                 if let Some(rows) = &mut rows {
                     rows.load(&part, first, true, instructions);
+                }
+            }
+            Task::Keep { .. } => match rows.as_mut().filter(|_| is_loaded) {
+                Some(rows) => rows.keep(),
+                None => {
+                    // SAFETY: the caller's promise.
+                    let before = unsafe { shared.before(piece) };
+                    before.copy_from_slice(part.displacements);
+                }
+            },
+            Task::Sum { .. } => {
+                // SAFETY: the caller's promise.
+                let (before, sum) = unsafe { (shared.before(piece), shared.moments(piece)) };
+                let origin = shared.origin;
+                if let Some(sum) = sum {
+                    *sum = match rows.filter(|_| is_loaded) {
+                        Some(rows) => rows.moments(origin, instructions),
+                        None => {
+                            let at = (origin, self.strips());
+                            moments(&part, before, at, first, instructions)
+                        }
+                    };
+                }
+            }
+            Task::FindTurn { .. } => {
+                // SAFETY: the whole body is one piece.
+                let ((sums, turn), parts) = unsafe { (shared.turning(), shared.parts()) };
+                if parts.is_empty() {
+                    *turn = spin::turn_back(sums, shared.origin);
+                } else {
+                    // SAFETY: as above.
+                    let at = (&*unsafe { shared.before(piece) }, shared.origin);
+                    spin::turn_parts_back(parts, self.topology, part, at);
+                }
+            }
+            Task::TurnBack { .. } => {
+                // SAFETY: it was found in the phase before.
+                let turn = unsafe { shared.turn() };
+                match rows.as_mut().filter(|_| is_loaded) {
+                    _ if turn.is_none() => {}
+                    Some(rows) => rows.turn(&turn, instructions),
+                    None => turn.act(part),
                 }
             }
             Task::Direct { substep, iteration } => {

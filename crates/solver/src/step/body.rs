@@ -5,7 +5,7 @@ use crate::{
     VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     direct::DirectWorkspace,
-    rest::RestTimer,
+    rest::{Calm, RestTimer},
     step::{
         masses::{Masses, set_inverse_masses},
         renew::Attached,
@@ -298,8 +298,15 @@ impl Body {
             &self.tick_start.positions[..],
             &self.particles.positions[..],
         );
-        self.rest
-            .observe(positions, seconds as f32, gravity.length(), settings)
+        let calm = Calm {
+            topology: &self.topology,
+            effects: &self.effects,
+            is_touched: self.states.is_touched,
+            gravity: gravity.length(),
+        };
+        let pace = (seconds as f32, gravity.length());
+        let limit = || calm.speed(positions.1);
+        self.rest.observe(positions, pace, limit, settings)
     }
 
     /// Puts the body to sleep.

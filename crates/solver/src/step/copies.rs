@@ -6,18 +6,24 @@
 #![allow(unsafe_code, reason = "tasks borrow the bodies as pieces")]
 
 use super::{
-    advance::{Friction, NotFinite, StepContext, Stepper, TaskContext, tasks},
+    advance::{Acting, Friction, NotFinite, StepContext, Stepper, TaskContext, tasks},
+    free::Free,
     kernels::CopiesPass,
     phases::{Phase, Phases, Task},
     shared_body::SharedBody,
+    spin,
 };
 use crate::{
     BodyEffectKind, Effects, ElasticKind, Settings, Stitches, Topology,
     effects::workspace::{Columns, Workspace},
-    kernel::lanes::{Instructions, MAX_WIDTH, WIDTH},
+    kernel::{
+        lanes::{Instructions, MAX_WIDTH, WIDTH},
+        moments::Turn,
+    },
     particles::Part,
     partitions::Piece,
 };
+use glam::Vec3;
 use std::{array, mem::take, ops::Range, sync::Arc};
 
 /// What decides whether a body is a copy of another.
@@ -146,7 +152,12 @@ pub fn advance<'a>(
     let mut numbers = [0; MAX_WIDTH];
     let mut count = 0;
     for (number, mut body) in bodies.take(MAX_WIDTH).enumerate() {
-        if body.start(substeps, context) {
+        let first = together[0].as_ref();
+        let starts = body.start(substeps, context);
+        let fits = first.is_none_or(|first| first.free() == body.free());
+        if starts && !fits {
+            results[number] = body.advance_together(substeps.clone(), context);
+        } else if starts {
             together[count] = Some(body);
             numbers[count] = number;
             count += 1;
@@ -196,6 +207,7 @@ fn advance_lanes(
         return;
     };
     let (shape, effects) = (Arc::clone(first.topology), *first.effects);
+    let free = first.free();
     for (copied, own) in columns.multipliers.iter_mut().zip(first.states.columns()) {
         copied.resize(own.len() * lanes, 0.0);
     }
@@ -210,10 +222,13 @@ fn advance_lanes(
     let shared = bodies
         .each_mut()
         .map(|body| body.as_mut().map(|body| SharedBody::new(body, false)));
-    let tasks = tasks(&shape, (&effects, false), substeps, context);
+    let acting = Acting::of(&effects, false, context.settings, free);
+    let tasks = tasks(&shape, acting, substeps, context);
     let is_in_between = |(task, _)| matches!(task, Task::EndAndBegin { .. });
     let others_act = |(task, _)| match task {
         Task::Elastic { .. } | Task::Begin | Task::EndAndBegin { .. } | Task::End { .. } => false,
+        Task::Keep { .. } | Task::Sum { .. } | Task::TurnBack { .. } => false,
+        Task::FindTurn { .. } => free == Free::Parts,
         Task::Body { kind, .. } => is_kept || !kind.is_in_lanes(),
         _ => true,
     };
@@ -227,6 +242,7 @@ fn advance_lanes(
         stored: [false; ElasticKind::COUNT],
         are_loaded: false,
         have_moved: false,
+        turns: [Turn::default(); MAX_WIDTH],
         stays,
         context,
     };
@@ -240,7 +256,7 @@ fn advance_lanes(
     for ((body, result), touched) in bodies.iter_mut().zip(results).zip(touched) {
         let Some(body) = body else { continue };
         if touched {
-            body.particles.touch();
+            body.touch();
         }
         if result.is_err() {
             body.states.clear_solutions();
@@ -267,6 +283,8 @@ struct Lanes<'a, 'b> {
     are_loaded: bool,
     /// Whether they also have positions and carries that the bodies do not have.
     have_moved: bool,
+    /// The rotation that takes back that of the last internal constraints.
+    turns: [Turn; MAX_WIDTH],
     /// Whether nothing acts on the bodies but what may act in lanes.
     stays: bool,
     context: &'a StepContext<'a>,
@@ -301,6 +319,9 @@ impl Lanes<'_, '_> {
         {
             return;
         }
+        if self.stays && self.turn(task, &phase.pieces[0]) {
+            return;
+        }
         self.store(&phase.pieces[0]);
         let bodies = self.contexts.iter().zip(self.shared);
         for ((context, shared), result) in bodies.zip(&mut *self.results) {
@@ -333,6 +354,37 @@ impl Lanes<'_, '_> {
             instructions: self.context.instructions,
         };
         context.kernels.solve_copies(kind, work);
+    }
+
+    /// Keeps the angular momentum of the copies in lanes; returns whether the task was one for that.
+    fn turn(&mut self, task: Task, piece: &Piece) -> bool {
+        match task {
+            Task::Keep { .. } => {
+                self.load(piece, true);
+                self.columns.copies.keep();
+            }
+            Task::Sum { .. } => {
+                let origins = self.shared.each_ref();
+                let origins = origins.map(|it| it.as_ref().map_or(Vec3::ZERO, |it| it.origin));
+                let strips = self.contexts.iter().flatten().next();
+                let strips = strips.and_then(TaskContext::strips);
+                let instructions = self.context.instructions;
+                let sums = self.columns.copies.moments(&origins, strips, instructions);
+                let bodies = origins.iter().zip(&sums).zip(&mut self.turns);
+                for (((origin, sum), turn), shared) in bodies.zip(self.shared) {
+                    if shared.is_some() {
+                        *turn = spin::turn_back(std::slice::from_ref(sum), *origin);
+                    }
+                }
+            }
+            Task::FindTurn { .. } => {}
+            Task::TurnBack { .. } => {
+                let instructions = self.context.instructions;
+                self.columns.copies.turn(&self.turns, instructions);
+            }
+            _ => return false,
+        }
+        true
     }
 
     /// Ends a substep and begins the next in lanes, if the copies are loaded and finite; returns

@@ -5,8 +5,8 @@
 //! here: which bodies disappear, and which copies appear where.
 
 use crate::{
-    Body, Capacity, Density, Effects, Emission, Emitter, Finite, Flow, Mass, Settings, StitchEnd,
-    Stitches, Topology, VertexIndex,
+    Body, Capacity, Density, Effects, Emission, Emitter, Finite, Flow, Mass, Particles, Settings,
+    StitchEnd, Stitches, Topology, VertexIndex,
     effects::emitter::Origin,
     topology::{Birth, Dimension},
 };
@@ -101,11 +101,78 @@ fn is_sunk(body: &impl Placed) -> bool {
 /// on a body that disappears meets its box. `None` without contact.
 #[must_use]
 pub fn around(body: &impl Placed) -> Option<[DVec3; 2]> {
-    let thickness = thickness(body)?;
+    Some(grown(body, thickness(body)?))
+}
+
+/// A body where it fell asleep.
+#[derive(Debug)]
+pub struct Slept<'a> {
+    /// Its topology.
+    pub topology: &'a Topology,
+    /// Its effects now.
+    pub effects: Effects,
+    /// Its particles when it fell asleep.
+    pub start: &'a Particles,
+}
+
+/// The box around a body that sleeps, with its contact [m], and that of its contact alone if it has any.
+pub type Boxes = ([DVec3; 2], Option<[DVec3; 2]>);
+
+impl Slept<'_> {
+    /// The boxes in which others may have rested on it, also if it has no contact any more, and in which it
+    /// may rest on others.
+    #[must_use]
+    pub fn boxes(&self) -> Boxes {
+        let own = around(self);
+        let any = own.unwrap_or_else(|| {
+            let mean_edge = self.topology.surface().mean_edge;
+            grown(self, self.effects.collider_distance(mean_edge).into())
+        });
+        (any, own)
+    }
+}
+
+impl Placed for Slept<'_> {
+    fn effects(&self) -> Effects {
+        self.effects
+    }
+
+    fn topology(&self) -> &Topology {
+        self.topology
+    }
+
+    fn at(&self, particle: usize) -> DVec3 {
+        let slept = &self.start.positions;
+        let x = slept.get(particle).or(slept.last());
+        x.map_or(DVec3::ZERO, |x| x.truncate().as_dvec3())
+    }
+}
+
+/// Marks those of the sleeping bodies with these boxes that may have rested on one that is marked as
+/// woken, and so on.
+pub fn spread(sleepers: &[Option<Boxes>], woken: &mut [bool]) {
+    let marked = (0..woken.len()).filter(|&place| woken[place]);
+    let mut left: Vec<usize> = marked.collect();
+    while let Some(place) = left.pop() {
+        let Some((gone, _)) = sleepers[place] else {
+            continue;
+        };
+        for (other, boxes) in sleepers.iter().enumerate() {
+            let own = boxes.and_then(|(_, own)| own).filter(|_| !woken[other]);
+            if own.is_some_and(|own| meet(own, gone)) {
+                woken[other] = true;
+                left.push(other);
+            }
+        }
+    }
+}
+
+/// The box around a body, grown [m].
+fn grown(body: &impl Placed, by: f64) -> [DVec3; 2] {
     let first = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let places = (0..body.topology().particles()).map(|i| body.at(i));
     let [low, high] = places.fold(first, |[low, high], x| [low.min(x), high.max(x)]);
-    Some([low - thickness, high + thickness])
+    [low - by, high + by]
 }
 
 /// Whether two boxes touch.

@@ -5,6 +5,7 @@ pub mod body;
 pub mod copies;
 pub mod emission;
 pub mod executor;
+pub(crate) mod free;
 pub mod history;
 pub mod joints;
 pub mod kernels;

@@ -46,6 +46,15 @@ pub(crate) enum Task {
         substep: u32,
         iteration: u32,
     },
+    /// Keeps the displacements before the internal constraints of an iteration, the first of which is
+    /// in the stage.
+    Keep { stage: Stage },
+    /// Sums up what these have done to the angular momentum of each even piece.
+    Sum { stage: Stage },
+    /// Finds the rotation that takes it back; where the body has several parts, turns them.
+    FindTurn { stage: Stage },
+    /// Turns the body back.
+    TurnBack { stage: Stage },
     /// The elastic effects as one system, in an iteration.
     Direct { substep: u32, iteration: u32 },
     /// Moves every particle to the mean of the positions that the constraints of an effect require.
@@ -61,6 +70,10 @@ impl Task {
             Self::Force { kind, .. } => Stage::Force(kind),
             Self::DampVelocity | Self::Begin => Stage::Presolve,
             Self::Body { kind, .. } => Stage::Body(kind),
+            Self::Keep { stage }
+            | Self::Sum { stage }
+            | Self::FindTurn { stage }
+            | Self::TurnBack { stage } => stage,
             Self::Direct { .. } => Stage::Direct,
             Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
             Self::EndAndBegin { .. } | Self::End { .. } => Stage::Postsolve,

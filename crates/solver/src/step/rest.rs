@@ -2,8 +2,16 @@
 //!
 //! Rest is determined from displacements over a whole tick: over one substep the rounding of
 //! positions alone appears as a speed of about ε‖x‖/h.
+//!
+//! How slow is still depends on the body. What still comes is at most its speed times the longest time
+//! T over which its effects act, so that this product must be below a thousandth of its size: a weight that
+//! sinks in a damper of τ = 100 s is awake at a hundredth of a millimeter per second. A body that nothing
+//! holds and that touches nothing keeps its speed for good, and is awake at any that is not rounding.
 
-use crate::{Particles, contact::collider::SweptCollider, topology::bounds};
+use crate::{
+    Effects, ElasticKind, ForceKind, Particles, Topology, contact::collider::SweptCollider,
+    topology::bounds,
+};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -12,8 +20,8 @@ use serde::{Deserialize, Serialize};
 pub struct SleepSettings {
     /// Whether bodies may sleep; default true.
     pub enabled: bool,
-    /// A body is still while the root mean square speed of its particles is below this [m/s];
-    /// default 1e-3.
+    /// A body is still while the root mean square speed of its particles is below this [m/s], and below
+    /// what its [size and effects](self) allow; default 1e-3.
     pub speed: f32,
     /// Time at rest before a body falls asleep [s]; default 0.5, longer than an oscillation stays
     /// at its turning point.
@@ -42,17 +50,98 @@ pub struct RestTimer {
 /// Without this criterion a body that starts to fall in a gravity of 1e-3 m/s² would fall asleep.
 const BALANCED: f32 = 0.1;
 
+/// A body at rest still moves by less than this fraction of its size.
+const REMAINDER: f32 = 1e-3;
+
+/// The shortest time over which a body is assumed to move on at its speed [s]: half of a slow oscillation.
+const SHORTEST: f32 = 0.5;
+
+/// The speed of rounding, in sizes per second. A body in free motion is awake above it.
+const ROUNDING: f32 = 1e-6;
+
+/// What decides how slow a body is at rest.
+#[derive(Debug, Clone, Copy)]
+pub struct Calm<'a> {
+    /// Its topology.
+    pub topology: &'a Topology,
+    /// Its effects.
+    pub effects: &'a Effects,
+    /// Whether it touched something in the tick, or is stitched to something.
+    pub is_touched: bool,
+    /// Strength of gravity [m/s²].
+    pub gravity: f32,
+}
+
+impl Calm<'_> {
+    /// The speed below which the body with these particles is at rest [m/s].
+    #[must_use]
+    pub fn speed(&self, positions: &[Vec4]) -> f32 {
+        let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
+        let size = (high - low).max_element() + 2.0 * self.topology.largest_radius();
+        let mut forces = ForceKind::ALL.into_iter();
+        let is_held = self.is_touched
+            || forces.any(|kind| self.effects.has_force(kind))
+            || self.has_pin(positions);
+        match is_held {
+            true => REMAINDER * size / self.effects.slowest(size, self.gravity).max(SHORTEST),
+            false => ROUNDING * size,
+        }
+    }
+
+    /// Whether a particle is fixed that others are connected to: a vertex without elements never moves.
+    fn has_pin(&self, positions: &[Vec4]) -> bool {
+        let is_fixed = |i: &u32| positions[*i as usize].w == 0.0;
+        match self.topology.radii.is_empty() {
+            true => self.topology.components().members().iter().any(is_fixed),
+            false => positions.iter().any(|x| x.w == 0.0),
+        }
+    }
+}
+
+impl Effects {
+    /// The longest time over which an effect acts on a body of some size [m] under gravity [m/s²]: that
+    /// of damping, creep, and of sinking by its size in a medium with drag [s].
+    fn slowest(&self, size: f32, gravity: f32) -> f32 {
+        let elastic = ElasticKind::ALL
+            .into_iter()
+            .filter_map(|kind| self.damping(kind));
+        let others = [
+            self.shape_matching.map(|it| it.damping),
+            self.rod.map(|it| it.damping),
+        ];
+        let damping = elastic
+            .chain(others.into_iter().flatten())
+            .map(|it| it.get());
+        let creep = self.plasticity.map(|it| 1.0 / it.creep.get());
+        let creep = creep.filter(|seconds| seconds.is_finite());
+        let drag = [
+            self.drag.map(|it| it.linear),
+            self.vortex.map(|it| it.coupling),
+            self.axis.map(|it| it.coupling),
+            self.stream.map(|it| it.coupling),
+            self.turbulence.map(|it| it.coupling),
+        ];
+        let sinking = drag
+            .into_iter()
+            .flatten()
+            .map(|it| it.get() * size / gravity);
+        let sinking = sinking.filter(|seconds| seconds.is_finite());
+        damping.chain(creep).chain(sinking).fold(0.0, f32::max)
+    }
+}
+
 /// Number of particles between two comparisons of their sum with the limit.
 const CHUNK: usize = 64;
 
 impl RestTimer {
-    /// Observes a tick of `seconds` under gravity of some strength [m/s²] that moved particles from
-    /// `before` to `after`; returns whether the body may sleep.
+    /// Observes a tick of `seconds` under gravity of some strength [m/s²] that moved the particles of a body
+    /// from `before` to `after`; returns whether the body may sleep. `calm` gives the speed below which
+    /// it is at rest [m/s], and is asked only of slow bodies.
     pub fn observe(
         &mut self,
         (before, after): (&[Vec4], &[Vec4]),
-        seconds: f32,
-        gravity: f32,
+        (seconds, gravity): (f32, f32),
+        calm: impl FnOnce() -> f32,
         settings: &SleepSettings,
     ) -> bool {
         let limit = settings.speed * seconds;
@@ -69,6 +158,10 @@ impl RestTimer {
             }
         }
         let speed = (moved / after.len().max(1) as f32).sqrt() / seconds;
+        if speed > calm() {
+            self.still_for = 0.0;
+            return false;
+        }
         if self.still_for == 0.0 {
             self.speed = speed;
         }
@@ -124,15 +217,20 @@ pub fn written(particles: &Particles, start: &[Vec4]) -> bool {
     particles.positions != start || !particles.is_still()
 }
 
-/// Whether a collider that moves during a tick comes near a body with particles of at most this
-/// radius [m] at these positions.
+/// Whether a collider that moves during a tick comes near a body with particles at these positions.
 #[must_use]
-pub fn disturbed(positions: &[Vec4], radius: f32, colliders: &[SweptCollider]) -> bool {
-    if !colliders.iter().any(SweptCollider::moves) {
+pub fn disturbed(
+    topology: &Topology,
+    effects: &Effects,
+    positions: &[Vec4],
+    colliders: &[SweptCollider],
+) -> bool {
+    if effects.collide.is_none() || !colliders.iter().any(SweptCollider::moves) {
         return false;
     }
     let (low, high): (Vec3, Vec3) = bounds(positions.iter().map(|x| x.truncate()));
-    let (low, high) = (low - radius, high + radius);
+    let reach = topology.largest_radius() + effects.collider_distance(topology.surface().mean_edge);
+    let (low, high) = (low - reach, high + reach);
     colliders
         .iter()
         .any(|collider| collider.moves() && collider.near(low, high))

@@ -9,18 +9,19 @@
 use super::{scope::Column, stepper::Stepper};
 use crate::{
     ElasticKind, Instructions, SegmentState,
-    contact::Pushes,
+    contact::{Pushes, WayOut},
     direct::DirectWorkspace,
-    effects::body_kinds::SharedStates,
+    effects::{body_kinds::SharedStates, force::Load},
     kernel::{
         columns::Line,
-        strips::{CARRIES, PARTICLES, StripRows},
+        moments::{Moments, Turn},
+        strips::{BEFORE, CARRIES, PARTICLES, StripRows},
     },
     particles::Part,
     partitions::{Partitions, Piece},
     topology::strips::Strips,
 };
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use std::{
     marker::PhantomData,
     ops::Range,
@@ -42,6 +43,16 @@ pub(crate) struct SharedBody<'a> {
     /// States of effects without elements.
     pub states: SharedStates,
     direct: *mut DirectWorkspace,
+    loads: *mut Vec<Load>,
+    sides: *const [WayOut],
+    /// Displacements before internal constraints, and what these have done to the even pieces.
+    before: Column<Vec4>,
+    moments: Column<Moments>,
+    turn: *mut Turn,
+    /// The parts of the body that are turned back, if there are several.
+    parts: Column<u32>,
+    /// The point about which they are summed up.
+    pub origin: Vec3,
     strips: Option<SharedStrips>,
     touched: AtomicBool,
     lives: PhantomData<&'a mut ()>,
@@ -52,6 +63,7 @@ struct SharedStrips {
     strips: Strips,
     particles: Column<Line>,
     carry: Column<Line>,
+    before: Column<Line>,
     loaded: Column<bool>,
 }
 
@@ -69,6 +81,7 @@ impl<'a> SharedBody<'a> {
                 strips,
                 particles: Column::of(&mut columns.particles),
                 carry: Column::of(&mut columns.carry),
+                before: Column::of(&mut columns.before),
                 loaded: Column::of(&mut columns.loaded),
             }
         });
@@ -78,6 +91,14 @@ impl<'a> SharedBody<'a> {
             particles.displacements.len() == count && particles.carry.len() == count,
             "particles have columns of different lengths"
         );
+        let sums = Column::of(body.states.sums());
+        let multipliers = body.states.columns();
+        let multipliers = multipliers.each_mut().map(|column| Column::of(column));
+        let pushes = Column::of(body.states.recorded.pushes());
+        let scratch = body.states.scratch.found();
+        let loads = &raw mut scratch.loads;
+        let sides = &raw const scratch.sides[..];
+        let spin = &mut scratch.spin;
         Self {
             positions: particles.positions.as_mut_ptr(),
             displacements: particles.displacements.as_mut_ptr(),
@@ -85,15 +106,18 @@ impl<'a> SharedBody<'a> {
             particles: count,
             segments: Column::of(&mut particles.segments),
             spins: Column::of(&mut particles.spins),
-            pushes: Column::of(body.states.recorded.pushes()),
-            sums: Column::of(body.states.sums()),
-            multipliers: body
-                .states
-                .columns()
-                .each_mut()
-                .map(|column| Column::of(column)),
+            pushes,
+            sums,
+            multipliers,
             states: SharedStates::of(&mut body.states.others, body.stitches),
             direct: &raw mut *body.direct,
+            loads,
+            sides,
+            before: Column::of(&mut spin.before),
+            moments: Column::of(&mut spin.sums),
+            turn: &raw mut spin.turn,
+            parts: Column::of(&mut spin.parts),
+            origin: spin.origin,
             strips,
             touched: AtomicBool::new(false),
             lives: PhantomData,
@@ -139,14 +163,17 @@ impl<'a> SharedBody<'a> {
         let shared = self.strips.as_ref()?;
         let Range { start, end } = shared.strips.rows(&piece.particles);
         // SAFETY: the caller's promise, as partitions begin with a row.
-        let (particles, carry, loaded) = unsafe {
+        let (lines, loaded) = unsafe {
             (
-                shared.particles.part(start * PARTICLES..end * PARTICLES),
-                shared.carry.part(start * CARRIES..end * CARRIES),
+                [
+                    shared.particles.part(start * PARTICLES..end * PARTICLES),
+                    shared.carry.part(start * CARRIES..end * CARRIES),
+                    shared.before.part(start * BEFORE..end * BEFORE),
+                ],
                 shared.loaded.part(piece.partitions.clone()),
             )
         };
-        let rows = StripRows::new(shared.strips, start, particles, carry);
+        let rows = StripRows::new(shared.strips, start, lines);
         Some((rows, loaded))
     }
 
@@ -216,6 +243,68 @@ impl<'a> SharedBody<'a> {
         );
         // SAFETY: the caller's promise.
         unsafe { self.sums.part(start..end) }
+    }
+
+    /// The displacements of the particles of a piece before internal constraints; empty unless they are
+    /// kept.
+    ///
+    /// # Safety
+    /// As for [`part`](Self::part).
+    pub unsafe fn before(&self, piece: &Piece) -> &mut [Vec4] {
+        // SAFETY: the caller's promise.
+        unsafe { self.before.part(piece.particles.clone()) }
+    }
+
+    /// What internal constraints have done to an even piece; `None` unless it is summed up.
+    ///
+    /// # Safety
+    /// As for [`part`](Self::part).
+    pub unsafe fn moments(&self, piece: &Piece) -> Option<&mut Moments> {
+        let place = piece.partitions.start / 2;
+        // SAFETY: the caller's promise, as even pieces begin with even partitions.
+        unsafe { self.moments.part(place..place + 1) }.first_mut()
+    }
+
+    /// What they have done to all even pieces, and the rotation that takes it back.
+    ///
+    /// # Safety
+    /// No piece of the body is borrowed.
+    pub unsafe fn turning(&self) -> (&[Moments], &mut Turn) {
+        // SAFETY: borrowed by `new`; exclusive by the caller's promise.
+        unsafe { (self.moments.part(0..self.moments.len()), &mut *self.turn) }
+    }
+
+    /// The parts of the body that are turned back, if there are several.
+    ///
+    /// # Safety
+    /// No piece of the body is borrowed.
+    pub unsafe fn parts(&self) -> &[u32] {
+        // SAFETY: borrowed by `new`, and not written while it is shared.
+        unsafe { self.parts.part(0..self.parts.len()) }
+    }
+
+    /// The rotation that takes it back.
+    ///
+    /// # Safety
+    /// It is not being [found](Self::turning).
+    pub unsafe fn turn(&self) -> Turn {
+        // SAFETY: borrowed by `new`; not written by the caller's promise.
+        unsafe { *self.turn }
+    }
+
+    /// The sides to which the body leaves the colliders that it is in.
+    pub fn sides(&self) -> &[WayOut] {
+        // SAFETY: borrowed by `new`, and not written while it is shared.
+        unsafe { &*self.sides }
+    }
+
+    /// Memory for a force.
+    ///
+    /// # Safety
+    /// During the lifetime of the reference, it is not requested again.
+    pub unsafe fn loads(&self) -> &mut Vec<Load> {
+        // SAFETY: borrowed by `new`; exclusive by the caller's promise.
+        unsafe { &mut *self.loads }
     }
 
     /// Data of the direct solver.

@@ -1,72 +1,110 @@
-//! Conservation of angular momentum, as an option of a scene.
+//! Conservation of angular momentum by internal constraints.
 //!
-//! Constraints conserve angular momentum about the predicted positions, not about the previous
-//! ones, so that a step of implicit Euler loses some rotation: a rigid pair that rotates with ω
-//! loses 2πhω per revolution. In free flight no internal force can do that. Therefore, after the
-//! third stage, a body that was free in a substep receives the rigid rotation that restores it,
+//! Internal forces have no torque. A pass over constraints (Gauss–Seidel) has none either, constraint
+//! by constraint, about the positions of *that moment*; but velocities follow from the positions at
+//! the start and at the end of a substep, and about those it has: where it moves particles of masses m
+//! by Δ, it changes the angular momentum about the center of mass, times the length h of the
+//! substep, by
 //!
-//! v += ω × r, (Σ m (r² − r rᵀ)) ω = L₀ − L,
+//! hΔL = Σ m r × Δ,
 //!
-//! with r from the center of mass, and L₀ and L the angular momentum about it before and after the
-//! substep. Shape, linear momentum and oscillations are not affected, and at most the lost
-//! rotational energy is added, so that the stability of the method does not change.
+//! with r from the center to the positions at the *start* of the substep. The difference has a fixed
+//! sign: a rotating body slows down (a rigid pair that rotates with ω loses 2πhω per revolution), and a
+//! ball that rests on the ground begins to rotate, which friction turns into travel.
 //!
-//! A body is free in a substep if it has no pins and no grab, touches nothing, is not stitched to a
-//! collider or another body, and only uniform forces act on it, on all of it (a mask of the whole body is
-//! none). Otherwise it is stepped
-//! as without this option. The cost is two passes over the particles, in `f64`, on one thread.
+//! So Δ is projected onto what does not rotate the body: after the internal constraints of an
+//! iteration, and before anything from outside acts, its particles are displaced by
+//!
+//! θ × r, (Σ m (r² − r rᵀ)) θ = −Σ m r × Δ.
+//!
+//! Of all rigid rotations about the center, this one is nearest to −Δ, weighted by mass: what is left is
+//! never larger than Δ. Linear momentum does not change. In a body of several
+//! [parts](crate::topology::Components), each is treated by itself; one with a pin, which has no free
+//! rotation, is left alone.
+//!
+//! By default, for XPBD and implicit Euler; [`KeepSpin`](crate::KeepSpin) 0 turns it off. The other methods
+//! stay as they are in the literature, and second-order steps, which lose little rotation, have another
+//! balance. [Rods](crate::Rod), whose segments rotate too, and stitches between points of a body are not
+//! among the internal constraints here.
 
+use super::{free::Free, stage::Stage, stepper::Stepper};
 use crate::{
-    Effects, ForceKind, Particles, StitchEnd, Stitches,
-    advance::{StepContext, Stepper},
+    Method, Particles, Settings, Topology,
+    kernel::moments::{Moments, Turn},
+    particles::Part,
 };
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3, Vec4};
 
 /// A body whose moment of inertia about an axis is below this fraction of the total is a line along
 /// that axis, about which rotation is undefined.
 const LINE: f64 = 1e-12;
 
+impl Settings {
+    /// Whether bodies without pins keep their angular momentum in implicit Euler's substeps.
+    pub(crate) fn keeps_spin(&self) -> bool {
+        self.method == Method::Xpbd && self.keep_spin.get() == 1
+    }
+}
+
 impl Stepper<'_> {
-    /// Begins a substep in which angular momentum is to be conserved, if any.
-    pub(crate) fn store_spin(&mut self, context: &StepContext) {
-        let settings = context.settings;
-        let is_enabled = settings.keep_spin.get() == 1 && settings.order.get() == 1;
-        let free = is_enabled
-            && settings.method.keeps_speed().is_none()
-            && is_free(self.effects, self.stitches)
-            && self.particles.positions.iter().all(|x| x.w > 0.0);
-        let particles = &mut *self.particles;
-        particles.spin =
-            free.then(|| Motion::of(particle_state(particles), particles.len()).angular);
+    /// Begins a tick: finds what can rotate freely.
+    pub(crate) fn begin_spin(&mut self, settings: &Settings) {
+        let (effects, positions) = (self.effects, &self.particles.positions);
+        let mut internal = Stage::internal(effects, settings.method);
+        let acts = settings.keeps_spin() && internal.next().is_some();
+        let spin = &mut self.states.scratch.found().spin;
+        spin.begin(acts, self.topology, effects, positions);
     }
 
-    /// Ends the substep: restores the lost angular momentum.
-    pub(crate) fn restore_spin(&mut self) {
-        let particles = &mut *self.particles;
-        let Some(before) = particles.spin.take() else {
-            return;
-        };
-        let motion = Motion::of(particle_state(particles), particles.len());
-        let turn = motion.rotation_to(before);
-        for i in 0..particles.len() {
-            let arm = particles.position(i) - motion.center;
-            particles.accelerate(i, turn.cross(arm));
+    /// The parts that keep their angular momentum in the substep under way: second-order steps lose little
+    /// by themselves, and have another balance; repair turns what it moves.
+    pub(crate) fn free(&self) -> Free {
+        let particles = &*self.particles;
+        match particles.history.is_second_order() || !particles.repair.is_empty() {
+            true => Free::None,
+            false => self.states.scratch.free(),
         }
     }
 }
 
-/// Whether only gravity and internal forces can act on a body that touches nothing.
-pub(crate) fn is_free(effects: &Effects, stitches: &Stitches) -> bool {
-    let is_outside = |end: StitchEnd| !matches!(end, StitchEnd::Point(_));
-    let stitched = stitches
-        .all()
-        .iter()
-        .any(|it| !it.broken && is_outside(it.to));
-    let mut forces = ForceKind::ALL.into_iter();
-    let masked = effects.force_mask.is_some_and(|mask| !mask.is_whole());
-    let turns = |kind| kind != ForceKind::Uniform || masked;
-    let forced = forces.any(|kind| effects.has_force(kind) && turns(kind));
-    effects.grab.is_none() && !stitched && !forced
+/// The rotation that takes back what the sums of all pieces give.
+pub(crate) fn turn_back(sums: &[Moments], origin: Vec3) -> Turn {
+    let mut all = Moments::<f64>::default();
+    for sum in sums {
+        all.add(sum.wide());
+    }
+    all.turn_back()
+        .map_or_else(Turn::default, |(angle, center)| {
+            Turn::about(origin, angle, center)
+        })
+}
+
+/// Takes back the rotation of each of some parts of a body, whose particles were displaced by `before`
+/// [m] before internal constraints.
+pub(crate) fn turn_parts_back(
+    parts: &[u32],
+    topology: &Topology,
+    part: Part,
+    (before, origin): (&[Vec4], Vec3),
+) {
+    for &number in parts {
+        let members = topology.components().part(number as usize);
+        let mut sums = Moments::<f64>::default();
+        for &i in members {
+            let i = i as usize;
+            let x = part.positions[i];
+            let r = (x.truncate() - origin).as_dvec3();
+            let moved = (part.displacements[i] - before[i]).truncate().as_dvec3();
+            sums.add(Moments::of(1.0 / f64::from(x.w), r, moved));
+        }
+        if let Some((angle, center)) = sums.turn_back() {
+            for &i in members {
+                let r = (part.positions[i as usize].truncate() - origin).as_dvec3();
+                let by = angle.cross(r - center);
+                part.displacements[i as usize] += by.as_vec3().extend(0.0);
+            }
+        }
+    }
 }
 
 /// Mass [kg], position [m] and velocity [m/s] of each particle.

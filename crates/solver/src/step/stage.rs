@@ -1,6 +1,10 @@
 //! The stages of a substep, in order.
 
-use super::{method::Method, substep::Substep};
+use super::{
+    free::Free,
+    method::Method,
+    substep::{Settings, Substep},
+};
 use crate::{
     Effects, ForceKind,
     effects::{body_effect::BodyPhase, body_kinds::BodyEffectKind, elastic_kind::ElasticKind},
@@ -158,6 +162,48 @@ impl Stage {
     }
 }
 
+/// What acts on a body in a substep.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Acting<'a> {
+    pub effects: &'a Effects,
+    /// Whether it has stitches.
+    pub stitched: bool,
+    /// The parts that keep their angular momentum.
+    pub free: Free,
+    /// The first and the last of the internal constraints in an iteration, and in one that smooths.
+    internal: [Option<[Stage; 2]>; 2],
+}
+
+impl<'a> Acting<'a> {
+    /// For a body with these effects, with or without stitches, of which these parts can rotate freely.
+    pub fn of(effects: &'a Effects, stitched: bool, settings: &Settings, free: Free) -> Self {
+        let free = if settings.keeps_spin() {
+            free
+        } else {
+            Free::None
+        };
+        let ends = |smooths: bool| {
+            let all = Stage::internal(effects, settings.method);
+            let mut all =
+                all.filter(|stage| free != Free::None && !(smooths && *stage == Stage::Direct));
+            let first = all.next()?;
+            Some([first, all.last().unwrap_or(first)])
+        };
+        Self {
+            effects,
+            stitched,
+            free,
+            internal: [ends(false), ends(true)],
+        }
+    }
+
+    /// Whether a stage begins and whether it ends the internal constraints of an iteration.
+    pub fn bounds(&self, stage: Stage, smooths: bool) -> [bool; 2] {
+        let ends = self.internal[usize::from(smooths)];
+        ends.map_or([false; 2], |ends| ends.map(|end| end == stage))
+    }
+}
+
 /// The second stage of a body; absent effects are not checked again in every iteration.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Solve {
@@ -198,6 +244,17 @@ impl Solve {
 }
 
 impl Stage {
+    /// The internal constraints of an iteration, in order: those that have no torque.
+    pub(crate) fn internal(effects: &Effects, method: Method) -> impl Iterator<Item = Self> {
+        let is_internal = |stage: &Self| match stage {
+            Self::Direct | Self::Elastic(_) => true,
+            Self::Body(kind) => kind.is_internal(),
+            _ => false,
+        };
+        let all = Self::ITERATION.into_iter().filter(is_internal);
+        all.filter(move |stage| stage.acts(effects, false, method))
+    }
+
     /// Whether it follows [`Joints`](Self::Joints) in an iteration.
     pub(crate) fn is_after_joints(self) -> bool {
         matches!(self, Self::Body(kind) if kind.phase() == BodyPhase::IterationEnd)

@@ -5,9 +5,14 @@
 //!
 //! [act in lanes]: crate::effects::body_effect::BodyEffect::solve_in_lanes
 
-use super::{advance::StepContext, phases::Task, scope::Side};
+use super::{
+    advance::{Acting, StepContext},
+    free::Free,
+    phases::Task,
+    scope::Side,
+};
 use crate::{
-    Effects, ElasticKind, Topology,
+    ElasticKind, Topology,
     kernel::lanes::{Instructions, MAX_WIDTH},
 };
 
@@ -26,11 +31,12 @@ impl InStrips {
     /// How some substeps, or stages of one, are faster in strips; `None` if they are not.
     pub fn of(
         topology: &Topology,
-        effects: &Effects,
+        acting: Acting,
         tasks: impl Iterator<Item = (Task, Side)> + Clone,
         context: &StepContext,
     ) -> Option<Self> {
         let settings = context.settings;
+        let effects = acting.effects;
         let any = settings.substep(0);
         topology.partitions.strips()?;
         if settings.method.relaxation() < 1.0
@@ -57,8 +63,14 @@ impl InStrips {
                     is_solved(task)
                         || matches!(
                             task,
-                            Task::Begin | Task::EndAndBegin { .. } | Task::End { .. }
+                            Task::Begin
+                                | Task::EndAndBegin { .. }
+                                | Task::End { .. }
+                                | Task::Keep { .. }
+                                | Task::Sum { .. }
+                                | Task::TurnBack { .. }
                         )
+                        || matches!(task, Task::FindTurn { .. }) && acting.free == Free::Whole
                         || matches!(task, Task::Body { kind, .. } if kind.is_in_lanes())
                 }),
             are_damped: ElasticKind::ALL
@@ -123,11 +135,16 @@ impl<I: Iterator<Item = (Task, Side)>> Iterator for Moving<I> {
         };
         let into_lanes = match next {
             Some((Task::Elastic { kind, .. }, _)) => strips.solved[kind as usize],
-            Some((Task::EndAndBegin { .. } | Task::End { .. } | Task::Body { .. }, _))
-                if strips.stay =>
-            {
-                self.are_in_lanes
-            }
+            Some((Task::Keep { .. }, _)) => strips.stay,
+            Some((
+                Task::EndAndBegin { .. }
+                | Task::End { .. }
+                | Task::Body { .. }
+                | Task::Sum { .. }
+                | Task::FindTurn { .. }
+                | Task::TurnBack { .. },
+                _,
+            )) if strips.stay => self.are_in_lanes,
             _ => false,
         };
         if into_lanes == self.are_in_lanes {
@@ -149,7 +166,7 @@ impl<I: Iterator<Item = (Task, Side)>> Iterator for Moving<I> {
 mod tests {
     use super::*;
     use crate::{
-        Collide, Ground, RestShape, StickyGround, Stretch, Tethers, World, advance::tasks,
+        Collide, Effects, Ground, RestShape, StickyGround, Stretch, Tethers, World, advance::tasks,
     };
     use glam::Vec3;
 
@@ -181,8 +198,9 @@ mod tests {
             watch: None,
         };
         let stays = |effects: &Effects| {
-            let tasks = tasks(&topology, (effects, false), &(0..4), &context);
-            InStrips::of(&topology, effects, tasks, &context).map(|it| it.stay())
+            let acting = Acting::of(effects, false, &world.settings, Free::Whole);
+            let tasks = tasks(&topology, acting, &(0..4), &context);
+            InStrips::of(&topology, acting, tasks, &context).map(|it| it.stay())
         };
         let plain = Effects {
             stretch: Some(Stretch::default()),

@@ -48,8 +48,9 @@ pub struct Settings {
     /// Order of the time integration: 1, the default, is implicit Euler, 2 is
     /// [BDF2](crate::History).
     pub order: Order,
-    /// Whether free bodies [conserve their angular momentum](crate::spin): 0, the default, or 1.
-    /// Ignored by second-order steps, whose loss is small.
+    /// Whether internal constraints [conserve the angular momentum](crate::spin) of bodies without
+    /// pins: 1, the default, or 0, to compare. Ignored by other methods than XPBD, and by second-order steps,
+    /// which lose little rotation.
     pub keep_spin: KeepSpin,
 }
 
@@ -162,11 +163,10 @@ impl Settings {
         1.0 / (self.rate.get() * f64::from(self.substeps.get()))
     }
 
-    /// Whether each substep of a body requires initial work: not for first-order steps without
-    /// conservation of angular momentum.
+    /// Whether each substep of a body requires initial work: not for first-order steps.
     #[must_use]
     pub fn begins_each_substep(&self) -> bool {
-        self.order.get() > 1 || self.keep_spin.get() == 1
+        self.order.get() > 1
     }
 
     /// Substep number `index` of a tick.

@@ -152,7 +152,7 @@ impl Tangible for GroupedBody<'_> {
     }
 
     fn touch(&mut self) {
-        self.body.particles.touch();
+        self.body.touch();
     }
 
     fn records_contacts(&self) -> bool {

@@ -4,7 +4,7 @@
 use super::{
     body::Quarantine,
     copies::{self, Candidate},
-    emission::{self, Template, around, meet},
+    emission::{self, Slept, Template, around, meet, spread},
     joints::{self, Joined},
     together::{self, GroupedBody, must_step_together},
 };
@@ -71,10 +71,10 @@ impl World {
             instructions: *instructions,
             watch: None,
         };
-        for body in bodies.iter_mut().filter(|body| body.asleep) {
-            if wakes(body, swept.whole_tick()) {
-                body.wake();
-            }
+        if bodies.iter().any(|body| body.asleep) {
+            let is_woken = |body: &Body| body.asleep && wakes(body, swept.whole_tick());
+            let woken: Vec<bool> = bodies.iter().map(is_woken).collect();
+            wake_with_neighbors(bodies, woken);
         }
         for body in bodies.iter_mut().filter(|body| body.is_active()) {
             body.choose_solver(settings);
@@ -373,16 +373,36 @@ fn end_tick_together(
     }
 }
 
+/// Wakes bodies, and those that rested on them: what they are about to do, these do not see otherwise.
+fn wake_with_neighbors(bodies: &mut [Body], mut woken: Vec<bool>) {
+    if woken.contains(&true) {
+        let slept = bodies.iter().map(|body| {
+            let slept = Slept {
+                topology: &body.topology,
+                effects: body.effects,
+                start: &body.tick_start,
+            };
+            body.asleep.then(|| slept.boxes())
+        });
+        spread(&slept.collect::<Vec<_>>(), &mut woken);
+    }
+    for (body, woken) in bodies.iter_mut().zip(woken) {
+        if woken {
+            body.wake();
+        }
+    }
+}
+
 fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
     body.effects.grab.is_some()
         || written(&body.particles, &body.tick_start.positions)
         || body.stitches.are_pulled(colliders)
-        || (body.effects.collide.is_some()
-            && disturbed(
-                &body.particles.positions,
-                body.topology.largest_radius(),
-                colliders,
-            ))
+        || disturbed(
+            &body.topology,
+            &body.effects,
+            &body.particles.positions,
+            colliders,
+        )
 }
 
 impl Body {

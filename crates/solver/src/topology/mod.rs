@@ -7,6 +7,7 @@
 //! that the solver compares with them, so that a body in its rest shape does not move at all.
 
 pub mod coloring;
+mod components;
 pub(crate) mod corner;
 mod edges;
 mod enclosure;
@@ -31,7 +32,9 @@ mod struts;
 pub mod surface;
 mod tear;
 mod tetrahedra;
+pub(crate) mod union;
 
+pub use components::Components;
 pub use edges::Edges;
 pub use enclosure::{Enclosure, NotClosed};
 pub use facets::Facets;

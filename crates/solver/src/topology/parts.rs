@@ -1,6 +1,6 @@
 //! Parts of a topology that are computed on first use.
 
-use super::{Cotangents, Facets, Frames, Hinges, Surface};
+use super::{Components, Cotangents, Facets, Frames, Hinges, Surface};
 use crate::Topology;
 use std::sync::Arc;
 
@@ -35,6 +35,20 @@ impl Topology {
         self.hinges
             .0
             .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.partitions))
+    }
+
+    /// Its connected parts of several particles, computed on first use.
+    #[must_use]
+    pub fn components(&self) -> &Arc<Components> {
+        self.components.0.get_or_init(|| match self.original() {
+            Some(original) => Arc::clone(original.components()),
+            None => Arc::new(Components::of(
+                self.particles(),
+                self.edges.ends(),
+                &self.triangles,
+                self.tetrahedra.corners(),
+            )),
+        })
     }
 
     /// Its contact surface, computed on first use.

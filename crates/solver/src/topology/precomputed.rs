@@ -1,8 +1,8 @@
 //! The immutable part of a body, and its construction from a rest shape.
 
 use super::{
-    Cotangents, Dimension, Edges, Enclosure, Facets, Frames, Hinges, Identity, LeftOut, NotClosed,
-    Surface, Tetrahedra, bounds,
+    Components, Cotangents, Dimension, Edges, Enclosure, Facets, Frames, Hinges, Identity, LeftOut,
+    NotClosed, Surface, Tetrahedra, bounds,
     groups::{Group, GroupName, Groups},
     id::TopologyId,
     index::{ParticleIndex, VertexIndex},
@@ -77,6 +77,8 @@ pub struct Topology {
     pub(super) struts: Lazy<Arc<Edges>>,
     /// The surface that can touch, computed on first use.
     pub(super) surface: Lazy<Arc<Surface>>,
+    /// Its connected parts, computed on first use.
+    pub(super) components: Lazy<Arc<Components>>,
     /// Volume enclosed by the surface, for pressure, or the reason why there is none.
     pub(super) enclosure: Lazy<Arc<Result<Enclosure, NotClosed>>>,
     /// Number of times a particle was split. The order of the constraints of a torn topology depends
@@ -231,6 +233,7 @@ impl Topology {
             frames: Lazy::default(),
             struts: Lazy::default(),
             surface: Lazy::default(),
+            components: Lazy::default(),
             enclosure: Lazy::default(),
             splits: 0,
             is_renewed: false,

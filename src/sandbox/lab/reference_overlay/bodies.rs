@@ -4,7 +4,7 @@ use super::distance::{Distance, Sum};
 use crate::{
     solver::{
         Collider, Effects, Settings, World, reference,
-        rest::{RestTimer, SleepSettings},
+        rest::{Calm, RestTimer, SleepSettings},
     },
     study::PROJECTIONS,
 };
@@ -160,10 +160,17 @@ impl ReferenceBodies {
             reference.world.tick();
             let seconds = settings.tick_seconds() as f32;
             let after = reference.positions();
-            reference.still =
-                reference
-                    .rest
-                    .observe((&before[..], &after[..]), seconds, gravity, &self.sleep);
+            let body = &reference.world.bodies[0];
+            let calm = Calm {
+                topology: &body.topology,
+                effects: &body.effects,
+                is_touched: body.is_touched(),
+                gravity,
+            };
+            let ways = (&before[..], &after[..]);
+            let limit = || calm.speed(&after);
+            let rest = &mut reference.rest;
+            reference.still = rest.observe(ways, (seconds, gravity), limit, &self.sleep);
         }
         let before = self.references.len();
         self.references.retain(|reference| {

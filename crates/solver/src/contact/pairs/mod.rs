@@ -19,7 +19,6 @@ mod surfaces;
 mod tangible;
 mod tangle;
 mod truncate;
-mod union;
 mod untangle;
 
 pub(crate) use contacts::Between;

@@ -123,6 +123,14 @@ impl Effects {
         params.map(|it| it.or_thickness(self.rod_diameter()))
     }
 
+    /// Distance that the body keeps from colliders that are meshes, for a surface with this mean edge [m].
+    pub(crate) fn collider_distance(&self, mean_edge: f32) -> f32 {
+        let params = self.contact_params().unwrap_or_else(Params::of_collider);
+        params
+            .or_thickness(self.rod_diameter())
+            .thickness(mean_edge)
+    }
+
     /// Thickness of contact with other bodies, for a surface with this mean edge [m]; `None` without
     /// contact.
     pub(crate) fn contact_thickness(&self, mean_edge: f32) -> Option<f32> {

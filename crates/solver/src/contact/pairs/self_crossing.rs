@@ -1,8 +1,8 @@
 //! An edge of a surface that crosses a triangle of the same surface, and the regions into which such
 //! edges divide it.
 
-use super::{bounds::Bounds, crossings::around, union::root};
-use crate::topology::surface::Surface;
+use super::{bounds::Bounds, crossings::around};
+use crate::topology::{surface::Surface, union::root};
 use glam::DVec3;
 
 /// An edge that crosses a triangle of the same surface.

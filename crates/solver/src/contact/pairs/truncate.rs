@@ -24,9 +24,8 @@ use super::{
     contacts::{Contacts, Owner},
     detect::Batch,
     tangible::Tangible,
-    union::root,
 };
-use crate::Threads;
+use crate::{Threads, topology::union::root};
 use glam::DVec3;
 
 /// Minimum distance of the plane from either side, as a fraction of the gap.

@@ -1,6 +1,6 @@
 //! Point force.
 
-use super::law::{Force, ForceKind, Moment, Mote};
+use super::law::{Force, ForceKind, Load, Moment, Mote};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Finite, Length, Topology};
@@ -51,6 +51,7 @@ impl Force for Attract {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
+        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let center = Finite::vector([self.x, self.y, self.z]);

@@ -1,6 +1,6 @@
 //! Flow around, along and towards an axis.
 
-use super::law::{Force, ForceKind, Moment, Mote, approach};
+use super::law::{Force, ForceKind, Load, Moment, Mote, approach};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Coefficient, Finite, Length, Topology};
@@ -91,12 +91,13 @@ impl Force for Axis {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
+        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let fraction = approach(self.coupling.get().into(), moment);
         for i in 0..topology.particles() as u32 {
             let mote = at(i);
-            push(i, (self.air(mote.x) - mote.v) * fraction);
+            push(i, (self.air(mote.x) - moment.coasting(mote.v)) * fraction);
         }
     }
 }

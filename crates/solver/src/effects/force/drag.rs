@@ -1,6 +1,6 @@
 //! Drag of a medium at rest.
 
-use super::law::{Force, ForceKind, Moment, Mote};
+use super::law::{Force, ForceKind, Load, Moment, Mote};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Coefficient, Topology};
@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 /// Drag of a medium at rest on every particle: dv/dt = −(c + k‖v‖) v.
 ///
-/// Implicit in the velocity at the end of the substep, v/(1 + (c + k‖v‖)h), so that drag never
-/// reverses motion.
+/// Implicit in the velocity at the end of the substep, v′ = (v + hg)/(1 + (c + k‖v′‖)h), so that drag
+/// never reverses motion and balances gravity at the terminal speed.
 ///
 /// ```
 /// use pliant_solver::{Coefficient, Drag};
@@ -51,6 +51,7 @@ impl Force for Drag {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
+        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let (linear, quadratic) = (
@@ -58,9 +59,10 @@ impl Force for Drag {
             f64::from(self.quadratic.get()),
         );
         for i in 0..topology.particles() as u32 {
-            let v = at(i).v;
-            let way = (linear + quadratic * v.length()) * moment.h;
-            push(i, v * (-way / (1.0 + way)));
+            let v = moment.coasting(at(i).v);
+            let slower = 1.0 + linear * moment.h;
+            let root = (slower * slower + 4.0 * quadratic * moment.h * v.length()).sqrt();
+            push(i, v * (2.0 / (slower + root) - 1.0));
         }
     }
 }

@@ -21,6 +21,26 @@ pub struct Moment {
     pub time: f64,
     /// Length of the substep [s].
     pub h: f64,
+    /// Gravity [m/s²], which the first stage adds to velocities after the forces.
+    pub gravity: DVec3,
+}
+
+impl Moment {
+    /// Velocity that a particle with the velocity `v` would have at the end of the substep without the
+    /// force [m/s]. A force that depends on the velocity is implicit in that, so that it balances
+    /// gravity exactly at terminal speed, however long the substep is.
+    pub(super) fn coasting(&self, v: DVec3) -> DVec3 {
+        v + self.gravity * self.h
+    }
+}
+
+/// What acts on a particle from several elements.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Load {
+    /// Force [N].
+    pub force: DVec3,
+    /// By how much it decreases with the velocity [N·s/m].
+    pub stiffness: f64,
 }
 
 /// Fraction of the difference u − v to the velocity of the air that a particle takes in a substep of
@@ -36,12 +56,14 @@ pub trait Force: Copy {
     const KIND: ForceKind;
 
     /// Calls `push` with the velocity changes of particles [m/s]. `at(i)` is the state of a
-    /// particle of the body, including earlier calls. Fixed particles may be included.
+    /// particle of the body, including earlier calls. Fixed particles may be included. `loads` is
+    /// memory for a force on elements, from call to call.
     fn act(
         &self,
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
+        loads: &mut Vec<Load>,
         push: impl FnMut(u32, DVec3),
     );
 }

@@ -1,5 +1,6 @@
 //! External forces of a body. They act before the first stage, each changing velocities by its
-//! acceleration over a substep: v += h a(x, v, t), times the weight of the particle where the body
+//! acceleration over a substep: v += h a(x, v, t), with v at the end of the substep where it depends on
+//! that, times the weight of the particle where the body
 //! carries a [`ForceMask`](crate::ForceMask).
 //!
 //! Each has one formula, in `f64`, shared by the fast solver and the reference; tests compare it
@@ -19,7 +20,7 @@ pub(crate) mod uniform;
 pub(crate) mod vortex;
 pub(crate) mod wind;
 
-pub use law::{Force, Moment, Mote, VisitForces};
+pub use law::{Force, Load, Moment, Mote, VisitForces};
 
 use crate::{
     Attract, Axis, Drag, Effects, ForceKind, Stream, Topology, Turbulence, Uniform, Vortex, Wind,
@@ -32,8 +33,8 @@ use std::cell::Cell;
 fn on_particles(
     force: &impl Force,
     weight: impl Fn(u32) -> f64,
-    topology: &Topology,
-    moment: Moment,
+    (topology, moment): (&Topology, Moment),
+    loads: &mut Vec<Load>,
     part: Part,
 ) {
     let Part {
@@ -54,7 +55,7 @@ fn on_particles(
             w: x.w.into(),
         }
     };
-    force.act(topology, moment, at, |i, change| {
+    force.act(topology, moment, at, loads, |i, change| {
         let weight = weight(i);
         if positions[i as usize].w > 0.0 && weight > 0.0 {
             let (u, c) = (&displacements[i as usize], &carry[i as usize]);
@@ -102,12 +103,18 @@ macro_rules! forces {
             }
 
             /// Applies one of the forces.
-            pub(crate) fn push(&self, kind: ForceKind, topology: &Topology, moment: Moment, part: Part) {
+            pub(crate) fn push(
+                &self,
+                kind: ForceKind,
+                at: (&Topology, Moment),
+                loads: &mut Vec<Load>,
+                part: Part,
+            ) {
                 match kind {
                     $(ForceKind::$force => match (&self.$field, &self.force_mask) {
-                        (Some(force), None) => on_particles(force, |_| 1.0, topology, moment, part),
+                        (Some(force), None) => on_particles(force, |_| 1.0, at, loads, part),
                         (Some(force), Some(mask)) => {
-                            on_particles(force, mask.weights(topology), topology, moment, part);
+                            on_particles(force, mask.weights(at.0), at, loads, part);
                         }
                         (None, _) => {}
                     },)*

@@ -1,6 +1,6 @@
 //! Flow along a curve.
 
-use super::law::{Force, ForceKind, Moment, Mote, approach};
+use super::law::{Force, ForceKind, Load, Moment, Mote, approach};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Coefficient, Finite, Length, Topology};
@@ -182,13 +182,15 @@ impl Force for Stream {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
+        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let coupling = f64::from(self.coupling.get());
         for i in 0..topology.particles() as u32 {
             let mote = at(i);
             if let Some((air, part)) = self.air(mote.x) {
-                push(i, (air - mote.v) * approach(coupling * part, moment));
+                let behind = air - moment.coasting(mote.v);
+                push(i, behind * approach(coupling * part, moment));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Turbulent air.
 
 use super::{
-    law::{Force, ForceKind, Moment, Mote, approach},
+    law::{Force, ForceKind, Load, Moment, Mote, approach},
     noise::Noise,
 };
 #[cfg(feature = "bevy")]
@@ -77,6 +77,7 @@ impl Force for Turbulence {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
+        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let fraction = approach(self.coupling.get().into(), moment);
@@ -84,7 +85,7 @@ impl Force for Turbulence {
         for i in 0..topology.particles() as u32 {
             let mote = at(i);
             let air = self.air_by(&mut noise, mote.x, moment.time);
-            push(i, (air - mote.v) * fraction);
+            push(i, (air - moment.coasting(mote.v)) * fraction);
         }
     }
 }

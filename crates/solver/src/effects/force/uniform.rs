@@ -1,6 +1,6 @@
 //! Constant force.
 
-use super::law::{Force, ForceKind, Moment, Mote};
+use super::law::{Force, ForceKind, Load, Moment, Mote};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Finite, Topology};
@@ -33,6 +33,7 @@ impl Force for Uniform {
         topology: &Topology,
         moment: Moment,
         _at: impl Fn(u32) -> Mote,
+        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let change = Finite::vector([self.x, self.y, self.z]) * moment.h;

@@ -1,6 +1,6 @@
 //! Vortex about a vertical axis.
 
-use super::law::{Force, ForceKind, Moment, Mote, approach};
+use super::law::{Force, ForceKind, Load, Moment, Mote, approach};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Coefficient, Finite, Length, Topology};
@@ -64,12 +64,14 @@ impl Force for Vortex {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
+        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let fraction = approach(self.coupling.get().into(), moment);
         for i in 0..topology.particles() as u32 {
             let mote = at(i);
-            let across = DVec3::new(mote.v.x, 0.0, mote.v.z);
+            let v = moment.coasting(mote.v);
+            let across = DVec3::new(v.x, 0.0, v.z);
             push(i, (self.air(mote.x) - across) * fraction);
         }
     }

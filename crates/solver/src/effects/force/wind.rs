@@ -1,7 +1,7 @@
 //! Wind on surfaces: drag and lift of every triangle.
 
 use super::{
-    law::{Force, ForceKind, Moment, Mote},
+    law::{Force, ForceKind, Load, Moment, Mote},
     noise::Noise,
 };
 #[cfg(feature = "bevy")]
@@ -99,11 +99,14 @@ impl Force for Wind {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
+        loads: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let (drag, lift) = (f64::from(self.drag.get()), f64::from(self.lift.get()));
         let half_density = 0.5 * f64::from(self.density.get());
         let mut noise = Noise::default();
+        loads.clear();
+        loads.resize(topology.particles(), Load::default());
         for &corners in topology.triangles.iter() {
             let [a, b, c] = corners.map(&at);
             let across = (b.x - a.x).cross(c.x - a.x);
@@ -119,12 +122,22 @@ impl Force for Wind {
             let normal = if into < 0.0 { -normal } else { normal };
             let pressed = half_density * 0.5 * twice_area * into.abs();
             let force = pressed * ((drag - lift) * u + (lift * speed) * normal);
-            let stiffness = pressed * drag.max(lift);
-            for (i, mote) in corners.into_iter().zip([a, b, c]) {
-                // Implicit, so that it is stable for any wind and light cloth.
-                let response = moment.h * mote.w / 3.0;
-                push(i, force * (response / (1.0 + stiffness * response)));
+            let load = Load {
+                force: force / 3.0,
+                stiffness: pressed * drag.max(lift) / 3.0,
+            };
+            for i in corners {
+                loads[i as usize].force += load.force;
+                loads[i as usize].stiffness += load.stiffness;
             }
+        }
+        for (i, load) in (0..).zip(loads) {
+            // Implicit, so that it is stable for any wind and light cloth, in the change of the velocity by
+            // the force and by gravity.
+            let response = moment.h * at(i).w;
+            let fall = moment.gravity * moment.h;
+            let change = load.force - fall * load.stiffness;
+            push(i, change * (response / (1.0 + load.stiffness * response)));
         }
     }
 }

@@ -283,6 +283,7 @@ impl<'a> Structure<'a> {
             frames: Lazy::default(),
             struts: Lazy::default(),
             surface: Lazy::default(),
+            components: Lazy::default(),
             enclosure: Lazy::default(),
             splits: topology.splits + self.copies.roots.len() as u32,
             is_renewed: false,
