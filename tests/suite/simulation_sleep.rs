@@ -179,7 +179,7 @@ fn a_sleeper_wakes_when_gravity_or_substeps_change() {
 #[test]
 fn a_sleeper_wakes_when_a_particle_is_moved_or_its_velocity_written() {
     assert_wakes("a kick", |world, body| {
-        let mut particles = world.get_mut::<solver::Particles>(body).expect("a body");
+        let mut particles = world.get_mut::<Particles>(body).expect("a body");
         for i in 0..particles.len() {
             let v = particles.velocity(i);
             particles.set_velocity(i, v.with_y(2.0));
@@ -245,7 +245,7 @@ fn a_damped_weight_does_not_fall_asleep_on_its_way() {
             support::body_of_masses(support::chain(1, 1.0), &[1.0, 0.5]),
             &[0],
         );
-        rope.effects.stretch = Some(solver::Stretch {
+        rope.effects.stretch = Some(Stretch {
             damping: support::damping(tau),
             ..support::stretch(0.05).expect("a spring")
         });

@@ -266,7 +266,7 @@ fn each_part_of_a_body_keeps_its_own() {
 /// 3 mm to 24 bits in each of 6000 substeps, 2e-10 m, all in one direction, over the radius.
 #[test]
 fn rotation_about_the_vertical_lasts_on_smooth_ground() {
-    for turn in [0.0, 6.28] {
+    for turn in [0.0, std::f32::consts::TAU] {
         let ball = Primitive::Sphere {
             radius: 0.3,
             cells: 6,
