@@ -237,7 +237,7 @@ fn a_body_in_free_motion_never_sleeps() {
 }
 
 /// A weight on a damped spring sinks by αmg (1 − e^(−t/τ)), for τ of seconds, minutes and hours, and does
-/// not fall asleep on the way: what is left when it does is below a thousandth of its size of 1 m.
+/// not fall asleep on the way: what is left when it does is below 0.25 % of its size of 1 m.
 #[test]
 fn a_damped_weight_does_not_fall_asleep_on_its_way() {
     for tau in [1.0, 30.0, 1000.0] {
@@ -260,7 +260,7 @@ fn a_damped_weight_does_not_fall_asleep_on_its_way() {
             // Implicit Euler is late by half a substep, and the weight has some inertia: its own period is
             // T = 2π√(αm) = 1 s, so that it follows by α m/τ = 25 ms behind for τ = 1 s.
             let late = 0.05 * 0.5 / f64::from(tau) + 1e-3;
-            let tolerance = 1e-3 + whole * late / f64::from(tau);
+            let tolerance = 2.5e-3 + whole * late / f64::from(tau);
             assert!(
                 (sunk - expected).abs() < tolerance,
                 "τ = {tau} s: {sunk} m of {expected} after {second} s"

@@ -4,8 +4,8 @@
 //! positions alone appears as a speed of about ε‖x‖/h.
 //!
 //! How slow is still depends on the body. What still comes is at most its speed times the longest time
-//! T over which its effects act, so that this product must be below a thousandth of its size: a weight that
-//! sinks in a damper of τ = 100 s is awake at a hundredth of a millimeter per second. A body that nothing
+//! T over which its effects act, so that this product must be below 0.25 % of its size: a weight that
+//! sinks by a meter in a damper of τ = 100 s is awake at 0.03 mm/s. A body that nothing
 //! holds and that touches nothing keeps its speed for good, and is awake at any that is not rounding.
 
 use crate::{
@@ -51,7 +51,7 @@ pub struct RestTimer {
 const BALANCED: f32 = 0.1;
 
 /// A body at rest still moves by less than this fraction of its size.
-const REMAINDER: f32 = 1e-3;
+const REMAINDER: f32 = 2.5e-3;
 
 /// The shortest time over which a body is assumed to move on at its speed [s]: half of a slow oscillation.
 const SHORTEST: f32 = 0.5;
