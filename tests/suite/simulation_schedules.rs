@@ -77,6 +77,9 @@ const BETWEEN_TICKS: [&str; 4] = ["tear", "emitter", "body_emitter", "sink"];
 /// Expected systems of a tick besides its own: each effect wakes sleeping bodies when it changes.
 fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
     let mut systems = present.to_vec();
+    // Pins that are not at their targets wake a body, beside the change of these.
+    let pins = PinTargets::NAME;
+    systems.extend(present.contains(&pins).then_some(pins));
     systems.sort_unstable();
     systems
 }
