@@ -72,6 +72,8 @@ fn classic_pbd_is_xpbd_without_compliance_to_the_bit() {
         ..elastic_on_ground()
     });
     soft.settings.method = pbd(1.0);
+    // What XPBD has beyond the literature.
+    rigid.settings.keep_spin = pliant::solver::KeepSpin::of(0);
     for _ in 0..120 {
         rigid.tick();
         soft.tick();
