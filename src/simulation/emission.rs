@@ -168,7 +168,7 @@ fn spawn(world: &mut World, (number, source): (u32, Entity), births: &[Birth]) -
 }
 
 /// A body of the ECS that nothing changes.
-pub(super) struct Resting<'w, 's>(pub &'w SoftBody, pub &'w Particles, pub CarriedItem<'w, 's>);
+struct Resting<'w, 's>(&'w SoftBody, &'w Particles, CarriedItem<'w, 's>);
 
 impl Placed for Resting<'_, '_> {
     fn effects(&self) -> Effects {

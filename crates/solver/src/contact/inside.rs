@@ -38,10 +38,9 @@ pub(crate) fn find_sides(
         return;
     }
     for (number, collider) in (0..).zip(colliders) {
-        let bounds = SweptBounds::of(collider, topology.largest_radius());
-        let may_touch = |x: &&Vec4| x.w > 0.0 && bounds.may_touch(**x, Vec4::ZERO);
-        if positions.iter().any(|x| may_touch(&x)) {
-            let moving = positions.iter().filter(|x| x.w > 0.0);
+        let bounds = SweptBounds::of(collider, 0.0);
+        let moving = positions.iter().filter(|x| x.w > 0.0);
+        if moving.clone().any(|x| bounds.may_touch(*x, Vec4::ZERO)) {
             let local = moving.map(|x| collider.from.undo(x.truncate().as_dvec3()));
             let direction = side(&collider.shape, local);
             sides.extend(direction.map(|direction| WayOut {
@@ -80,8 +79,11 @@ pub(crate) fn side(
     let ways = candidates.map(|(side, count)| {
         let ways = inside.clone().map(|x| shape.depth_along(x, side, 0.0));
         let way = ways.fold(0.0, f64::max);
-        let beyond = f64::from(count) / f64::from(outside.max(1));
-        let beyond = if outside == 0 { 1.0 } else { beyond };
+        let beyond = if outside == 0 {
+            1.0
+        } else {
+            f64::from(count) / f64::from(outside)
+        };
         (way * (THROUGH - (THROUGH - 1.0) * beyond), side)
     });
     ways.reduce(|best, it| if it.0 < best.0 { it } else { best })

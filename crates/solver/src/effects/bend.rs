@@ -7,9 +7,7 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{cross, difference, dot},
-        block::{
-            Ask, Block, Blocks, LaneRow, Projected, Resources, any, halfway, rate, solve_rows,
-        },
+        block::{Ask, Block, Blocks, LaneRow, Projected, Resources, any, rates, solve_rows},
     },
     lanes::{Columns, Floats, Lanes, Vectors, arc_tangent},
     order::{Corner, Elements},
@@ -238,12 +236,12 @@ impl Blocks<4, 1> for Kernel<'_> {
     ) -> Projected<L, 4, 1> {
         let gamma = self.coefficients.gamma;
         let row = self.row(simd, block, x);
-        let rates = moved.map(
+        let rates = rates(
+            simd,
+            x,
+            moved,
             #[inline(always)]
-            |moved| {
-                let row = self.row(simd, block, &halfway::<L, 4>(x, moved));
-                [rate(simd, &row.gradients, moved)]
-            },
+            |x| [self.row(simd, block, x)],
         );
         solve_rows(simd, &[row], x, rates, lambda, gamma)
     }

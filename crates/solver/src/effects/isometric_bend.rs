@@ -7,7 +7,7 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{difference, dot},
-        block::{Block, Blocks, LaneRow, Projected, halfway, rate, solve_rows},
+        block::{Block, Blocks, LaneRow, Projected, rates, solve_rows},
     },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
@@ -142,12 +142,12 @@ impl Blocks<4, 1> for Kernel<'_> {
         lambda: Option<[Floats<L>; 1]>,
     ) -> Projected<L, 4, 1> {
         let row = self.row(simd, block, x);
-        let rates = moved.map(
+        let rates = rates(
+            simd,
+            x,
+            moved,
             #[inline(always)]
-            |moved| {
-                let row = self.row(simd, block, &halfway::<L, 4>(x, moved));
-                [rate(simd, &row.gradients, moved)]
-            },
+            |x| [self.row(simd, block, x)],
         );
         solve_rows(simd, &[row], x, rates, lambda, self.gamma)
     }

@@ -7,7 +7,7 @@ use crate::{
     elastic::{Elastic, Point, Row},
     kernel::{
         arithmetic::{difference, dot},
-        block::{Block, Blocks, LaneRow, Projected, halfway, rate, solve_rows},
+        block::{Block, Blocks, LaneRow, Projected, rates, solve_rows},
     },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
@@ -265,15 +265,12 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
         lambda: Option<[Floats<L>; 3]>,
     ) -> Projected<L, 3, 3> {
         let rows = self.lane_rows(simd, block, x);
-        let rates = moved.map(
+        let rates = rates(
+            simd,
+            x,
+            moved,
             #[inline(always)]
-            |moved| {
-                let rows = self.lane_rows(simd, block, &halfway::<L, 3>(x, moved));
-                rows.map(
-                    #[inline(always)]
-                    |row| rate(simd, &row.gradients, moved),
-                )
-            },
+            |x| self.lane_rows(simd, block, x),
         );
         solve_rows(simd, &rows, x, rates, lambda, self.gamma)
     }

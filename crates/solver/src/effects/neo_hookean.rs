@@ -7,7 +7,7 @@ use crate::{
     elastic::{Curvature, Elastic, Point, Row},
     kernel::{
         arithmetic::{cross, difference, dot},
-        block::{Block, Blocks, LaneRow, Projected, halfway, rate, solve_rows},
+        block::{Block, Blocks, LaneRow, Projected, rates, solve_rows},
     },
     lanes::{Columns, Floats, Lanes, Vectors},
     order::Elements,
@@ -362,15 +362,12 @@ impl Blocks<4, 2> for Kernel<'_> {
         lambda: Option<[Floats<L>; 2]>,
     ) -> Projected<L, 4, 2> {
         let rows = self.lane_rows(simd, block, x, lambda.as_ref());
-        let rates = moved.map(
+        let rates = rates(
+            simd,
+            x,
+            moved,
             #[inline(always)]
-            |moved| {
-                let rows = self.lane_rows(simd, block, &halfway::<L, 4>(x, moved), None);
-                rows.map(
-                    #[inline(always)]
-                    |row| rate(simd, &row.gradients, moved),
-                )
-            },
+            |x| self.lane_rows(simd, block, x, None),
         );
         solve_rows(simd, &rows, x, rates, lambda, self.gamma)
     }

@@ -694,41 +694,36 @@ pub(crate) struct LaneRow<L: Lanes, const N: usize> {
     pub least: Floats<L>,
 }
 
-/// The corners in the middle of their way since the start of the substep, by which they have `moved`
-/// relative to the first: the change of C along the way is ∇C there times the way, to third order, and
-/// exactly 0 for a rotation.
+/// By how much the equations of an element have changed since the start of the substep, if they are damped:
+/// ∇C·(x − p) with the gradients that `rows` has in the middle of the way, which is the change of C to third
+/// order, and exactly 0 for a rotation.
 #[inline(always)]
-pub(crate) fn halfway<L: Lanes, const N: usize>(
+pub(crate) fn rates<L: Lanes, const N: usize, const M: usize>(
+    simd: L,
     x: &[Columns<L>; N],
-    moved: &[Vectors<L>; N],
-) -> [Columns<L>; N] {
+    moved: Option<&[Vectors<L>; N]>,
+    rows: impl FnOnce(&[Columns<L>; N]) -> [LaneRow<L, N>; M],
+) -> Option<[Floats<L>; M]> {
+    let moved = moved?;
     let mut middle = *x;
+    // The first corner has no displacement relative to itself.
     for corner in 1..N {
         for axis in 0..3 {
             middle[corner][axis] = x[corner][axis] - moved[corner][axis] * 0.5;
         }
     }
-    middle
-}
-
-/// ∇C·(x − p) for the gradients of an equation.
-#[inline(always)]
-pub(crate) fn rate<L: Lanes, const N: usize>(
-    simd: L,
-    gradients: &[Vectors<L>; N],
-    moved: &[Vectors<L>; N],
-) -> Floats<L> {
-    let mut sum = simd.number(0.0);
-    // The first corner has no displacement relative to itself.
-    for (gradient, moved) in gradients.iter().zip(moved).skip(1) {
-        sum += dot(gradient, moved);
+    let mut rates = [simd.number(0.0); M];
+    for (rate, row) in rates.iter_mut().zip(rows(&middle)) {
+        for (gradient, moved) in row.gradients.iter().zip(moved).skip(1) {
+            *rate += dot(gradient, moved);
+        }
     }
-    sum
+    Some(rates)
 }
 
 /// Solves the `M` equations of each element together, (∇C W ∇Cᵀ(1 + γ) + α̃)
-/// Δλ = −(C + α̃λ + γ∇C·(x − p)), and returns the displacements of the particles. `rates` are ∇C·(x − p) in
-/// the [middle](halfway) of the way, if the constraints are damped.
+/// Δλ = −(C + α̃λ + γ∇C·(x − p)), and returns the displacements of the particles. `rates` are the
+/// [∇C·(x − p)](rates), if the constraints are damped; an equation without a gradient has none.
 ///
 /// By elimination without pivoting. An equation that depends on those before it, within rounding,
 /// is left out.
@@ -751,16 +746,15 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
         if let Some(lambda) = &lambda {
             error += row.alpha * lambda[i];
         }
-        if let Some(rates) = &rates {
-            error += rates[i] * gamma;
-        }
-        right[i] = -error;
         for j in 0..=i {
             let mut weight = zero;
             for (corner, x) in x.iter().enumerate() {
                 weight += x[3] * dot(&row.gradients[corner], &rows[j].gradients[corner]);
             }
             if i == j {
+                if let Some(rates) = &rates {
+                    error += weight.simd_gt(0.0).select(rates[i] * gamma, zero);
+                }
                 weight = weight.max(row.least);
                 matrix[i][i] = weight * (1.0 + gamma) + row.alpha;
             } else {
@@ -769,6 +763,7 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
                 matrix[j][i] = weight;
             }
         }
+        right[i] = -error;
     }
     let mut change = [zero; M];
     let mut inverse = [zero; M];

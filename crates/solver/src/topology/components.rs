@@ -13,7 +13,7 @@ pub struct Components {
 }
 
 impl Components {
-    /// Of so many particles.
+    /// Connects the particles `0..count` by these elements.
     pub(super) fn of(
         count: usize,
         edges: impl Iterator<Item = [u32; 2]>,
