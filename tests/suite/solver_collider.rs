@@ -8,8 +8,8 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Collide, Collider, ColliderShape, Effects, Path, Pose, RestShape, World,
-        deform::Random, measure,
+        Body, Collide, Collider, ColliderShape, Effects, Ground, Path, Pose, RestShape,
+        Restitution, World, deform::Random, measure,
     },
 };
 
@@ -360,6 +360,40 @@ fn what_starts_inside_a_collider_rises_slowly_on_its_side() {
                 }
             }
         }
+    }
+}
+
+/// However deep it is, what starts in a mountain or far below the ground rises at 10 m/s.
+#[test]
+fn what_starts_far_inside_rises_at_ten_meters_a_second() {
+    // With restitution the ground takes one particle after the other.
+    let ground = |restitution| Effects {
+        ground: Some(Ground {
+            restitution: Restitution::new(restitution).expect("in range"),
+            ..Ground::default()
+        }),
+        ..Effects::default()
+    };
+    let collide = Effects {
+        collide: Some(Collide::default()),
+        ..Effects::default()
+    };
+    for (name, effects) in [
+        ("lanes", ground(0.0)),
+        ("one", ground(0.1)),
+        ("in a ball", collide),
+    ] {
+        let mut body = with(body("block", cube(0.4, 4), 1000.0), effects);
+        body.translate(Vec3::Y * -1000.0);
+        let mut world = world(settings(0.0, 60.0, 10, 1), body);
+        if name == "in a ball" {
+            world.colliders = vec![still(ColliderShape::Sphere { radius: 8000.0 }, Vec3::ZERO)];
+        }
+        let before = world.bodies[0].particles.position(0);
+        support::run(&mut world, 1.0);
+        let moved = (world.bodies[0].particles.position(0) - before).length();
+        // Each of 600 substeps rounds to 3e-5 m at a kilometer.
+        assert!((moved - 10.0).abs() < 0.02, "{name}: {moved} m");
     }
 }
 

@@ -5,7 +5,8 @@ use super::{
     collider::SweptCollider,
     inside::deep,
     reference::{self, ContactDisplacement},
-    response::{ContactPoint, Correction, Response, rise},
+    response::{ContactPoint, Correction, Response},
+    rise::Rise,
     surface_force::RigidSurface,
 };
 #[cfg(feature = "bevy")]
@@ -131,7 +132,7 @@ fn push_out(
     let bounds = SweptBounds::of(collider, topology.largest_radius());
     let side = pass.sides.iter().find(|side| side.collider == number);
     let side = side.map(|side| side.direction);
-    let rise = rise(pass.h);
+    let rise = Rise::in_substep(pass.h);
     let state = particles
         .positions
         .iter()

@@ -3,7 +3,8 @@
 use super::{
     ground_in_lanes::{Below, Lift},
     reference::{self, ContactDisplacement},
-    response::{ContactPoint, Correction, Response, rise},
+    response::{ContactPoint, Correction, Response},
+    rise::Rise,
     surface_force::RigidSurface,
 };
 #[cfg(feature = "bevy")]
@@ -125,7 +126,7 @@ impl BodyEffect for Ground {
         let mut none = ContactMultiplier::default();
         let response = Response::new((self.friction, self.restitution), kept, pass);
         let height = f64::from(self.height.get());
-        let rise = rise(pass.h);
+        let rise = Rise::in_substep(pass.h);
         let state = part
             .positions
             .iter()
@@ -145,7 +146,7 @@ impl BodyEffect for Ground {
                 // count as being below the ground.
                 let below = -base;
                 let surface = if below > 0.0 && !response.bounces(motion.y / response.h) {
-                    -below * (1.0 - rise)
+                    (-below * (1.0 - rise.fraction)).min(rise.most - below)
                 } else {
                     0.0
                 };

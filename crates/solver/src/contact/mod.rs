@@ -52,6 +52,7 @@ pub(crate) mod path;
 pub(crate) mod pose;
 mod reference;
 mod response;
+mod rise;
 pub(crate) mod shape;
 pub(crate) mod surface_force;
 

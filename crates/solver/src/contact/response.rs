@@ -3,19 +3,6 @@
 use crate::{ContactMultiplier, Friction, Restitution, effects::body_effect::BodyPass};
 use glam::{DVec3, Vec3, Vec4};
 
-/// Time constant τ [s] with which particles that start a substep below the ground or in a collider rise:
-/// a fraction h/τ of their depth per substep.
-///
-/// Moved to the surface at once, a body that starts half below the ground would gain a velocity
-/// inversely proportional to the substep: half a meter in 1/600 s is 300 m/s.
-const RISE_TIME: f64 = 0.4;
-
-/// Fraction of its depth by which a particle rises that starts a substep of `h` seconds below the ground
-/// or in a collider.
-pub(super) fn rise(h: f32) -> f64 {
-    (f64::from(h) / RISE_TIME).min(1.0)
-}
-
 /// Contact response of a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Response {

@@ -1,6 +1,7 @@
 //! Collider shapes in their local frame, and where a moving ball leaves them. Particles are balls
 //! of radius 0, unless they are grains.
 
+use super::rise::Rise;
 use crate::{
     ColliderMesh,
     quantity::{InvalidValue, Length},
@@ -166,16 +167,16 @@ impl ColliderShape {
     }
 
     /// Exit for a ball of `radius` [m] that began the substep inside, at `from`, and is at `to`: it must
-    /// not be deeper than it was, less the fraction `rise` of the depth. The depth is that in the
+    /// not be deeper than it was, less what it rises from that depth. The depth is that in the
     /// direction `side`, or that of the nearest surface; that of the exit is negative for a ball that has
     /// risen farther. Also returns by how much it rises [m].
     #[must_use]
-    pub fn rise(
+    pub(super) fn rise(
         &self,
         (from, to): (DVec3, DVec3),
         radius: f64,
         side: Option<DVec3>,
-        rise: f64,
+        rise: Rise,
     ) -> (Exit, f64) {
         let Exit { normal, depth } = match side {
             Some(normal) => Exit {
@@ -184,7 +185,7 @@ impl ColliderShape {
             },
             None => self.nearest_exit_of(from, radius),
         };
-        let raised = depth * rise;
+        let raised = rise.from_depth(depth);
         let depth = normal.dot(from - to) + raised;
         (Exit { normal, depth }, raised)
     }
