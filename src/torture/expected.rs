@@ -18,7 +18,6 @@ pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
     ExpectedFailure {
         case: "shuffled",
         members: &[
-            "cloth10,steps=32x1",
             "cloth10,scale=0.001,compliance=1e-2,damping=0.1,steps=16x1,seed=2",
             "cloth10,scale=10,compliance=1e-2,damping=0.1,steps=32x1,seed=3",
         ],
@@ -36,6 +35,11 @@ pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
         case: "settles",
         members: &["ball4,scale=10,damping=0.02,steps=32x1"],
         reason: "ten meters of rigid edges rock from face to face for longer: 18 mm/s after 32 s, at rest after 60 s",
+    },
+    ExpectedFailure {
+        case: "struck",
+        members: &["cube3,compliance=1e-4,damping=0.02"],
+        reason: "keeps the spin that the impact gives it, which stretches it by 1.04 % after 1 s, and 1.03 % after 8 s",
     },
     ExpectedFailure {
         case: "plates",
@@ -58,9 +62,14 @@ pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
         reason: KNOT,
     },
     ExpectedFailure {
-        case: "overlap",
-        members: &["ball4,ball", "ball6,ball"],
-        reason: "particles leave the ball on all sides: the body is stretched around it, slips off, and contracts with the stored energy",
+        case: "dragged",
+        members: &["cloth10,teleported,steps=16x1"],
+        reason: "unfolds a little later: off by 6 % after 2 s, by 4e-5 % after 3 s",
+    },
+    ExpectedFailure {
+        case: "dragged",
+        members: &["cube3,dragged,compliance=1e-4,damping=0.02"],
+        reason: "comes to rest in a second equilibrium: off by 15 % after 2 s as after 8 s, without an element inside out",
     },
     ExpectedFailure {
         case: "collide",
@@ -83,6 +92,8 @@ pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
         case: "twisted",
         members: &[
             "cloth20,compliance=1e-5,damping=0.02",
+            "cloth10,scale=10,compliance=1e-5,damping=0.02",
+            "cloth10,scale=1000,compliance=1e-5,damping=0.02",
             "cloth10,compliance=1e-5,damping=0.02,steps=1x1",
             "cloth10,compliance=1e-5,damping=0.02,steps=4x1",
             "cloth20,steps=4x1",

@@ -320,8 +320,8 @@ fn rise(shape: &ColliderShape, depth: f32, substeps: u32, later: bool) -> (f64, 
     (fastest, end - start)
 }
 
-/// What starts inside a collider is raised as from below the ground, h/τ of its depth in a substep with
-/// τ = 0.4 s, so never faster than its depth over τ; whatever the shape, the depth, the substeps, and the
+/// What starts inside a collider is raised by h/τ of its depth in a substep, or of a tenth of its size if
+/// that is more, with τ = 0.4 s, so never faster than these over τ; whatever the shape, the depth, the substeps, and the
 /// way in: at the start, or by a collider that is moved there. A body leaves it at the side where it is.
 #[test]
 fn what_starts_inside_a_collider_rises_slowly_on_its_side() {
@@ -345,7 +345,7 @@ fn what_starts_inside_a_collider_rises_slowly_on_its_side() {
                     let (fastest, way) = rise(&shape, depth, substeps, later);
                     // What hangs by springs on what rises at a steady speed swings up to twice as fast.
                     assert!(
-                        fastest < swing + 2.0 * f64::from(depth) / 0.4,
+                        fastest < swing + 2.0 * f64::from(depth.max(0.04)) / 0.4,
                         "{shape:?}, {depth} m, {substeps}: up with {fastest}, {swing} without depth"
                     );
                     // Round shapes let it slide down beside them in the end.
@@ -363,38 +363,22 @@ fn what_starts_inside_a_collider_rises_slowly_on_its_side() {
     }
 }
 
-/// However deep it is, what starts in a mountain or far below the ground rises at 10 m/s.
+/// However deep it is in a mountain, a body rises by its own size in 0.4 s.
 #[test]
-fn what_starts_far_inside_rises_at_ten_meters_a_second() {
-    // With restitution the ground takes one particle after the other.
-    let ground = |restitution| Effects {
-        ground: Some(Ground {
-            restitution: Restitution::new(restitution).expect("in range"),
-            ..Ground::default()
-        }),
-        ..Effects::default()
-    };
-    let collide = Effects {
+fn what_starts_far_inside_rises_by_its_size_in_the_time_constant() {
+    let effects = Effects {
         collide: Some(Collide::default()),
         ..Effects::default()
     };
-    for (name, effects) in [
-        ("lanes", ground(0.0)),
-        ("one", ground(0.1)),
-        ("in a ball", collide),
-    ] {
-        let mut body = with(body("block", cube(0.4, 4), 1000.0), effects);
-        body.translate(Vec3::Y * -1000.0);
-        let mut world = world(settings(0.0, 60.0, 10, 1), body);
-        if name == "in a ball" {
-            world.colliders = vec![still(ColliderShape::Sphere { radius: 8000.0 }, Vec3::ZERO)];
-        }
-        let before = world.bodies[0].particles.position(0);
-        support::run(&mut world, 1.0);
-        let moved = (world.bodies[0].particles.position(0) - before).length();
-        // Each of 600 substeps rounds to 3e-5 m at a kilometer.
-        assert!((moved - 10.0).abs() < 0.02, "{name}: {moved} m");
-    }
+    let mut body = with(body("block", cube(0.4, 4), 1000.0), effects);
+    body.translate(Vec3::Y * -1000.0);
+    let mut world = world(settings(0.0, 60.0, 10, 1), body);
+    world.colliders = vec![still(ColliderShape::Sphere { radius: 8000.0 }, Vec3::ZERO)];
+    let before = world.bodies[0].particles.position(0);
+    support::run(&mut world, 1.0);
+    let moved = world.bodies[0].particles.position(0).distance(before);
+    // Each of 600 substeps rounds to 3e-5 m at a kilometer.
+    assert!((moved - 1.0).abs() < 0.02, "{moved} m");
 }
 
 /// The ways out of a box: a block that is deep in a plate leaves it where most of it is, and not below,

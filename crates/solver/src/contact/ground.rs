@@ -4,7 +4,7 @@ use super::{
     ground_in_lanes::{Below, Lift},
     reference::{self, ContactDisplacement},
     response::{ContactPoint, Correction, Response},
-    rise::Rise,
+    rise::rise,
     surface_force::RigidSurface,
 };
 #[cfg(feature = "bevy")]
@@ -126,7 +126,7 @@ impl BodyEffect for Ground {
         let mut none = ContactMultiplier::default();
         let response = Response::new((self.friction, self.restitution), kept, pass);
         let height = f64::from(self.height.get());
-        let rise = Rise::in_substep(pass.h);
+        let rise = rise(pass.h);
         let state = part
             .positions
             .iter()
@@ -146,7 +146,7 @@ impl BodyEffect for Ground {
                 // count as being below the ground.
                 let below = -base;
                 let surface = if below > 0.0 && !response.bounces(motion.y / response.h) {
-                    (-below * (1.0 - rise.fraction)).min(rise.most - below)
+                    -below * (1.0 - rise)
                 } else {
                     0.0
                 };

@@ -1,6 +1,6 @@
 //! Ground contact in lanes.
 
-use super::{ground::Ground, rise::Rise};
+use super::{ground::Ground, rise::rise};
 use crate::{
     ContactMultiplier, Friction, Height,
     effects::body_effect::BodyPass,
@@ -36,7 +36,8 @@ impl Question for Below {
 /// added instead.
 pub(super) struct Lift {
     below: Below,
-    rise: Rise,
+    /// Fraction of the depth by which what starts below the ground rises.
+    rise: f64,
     friction: f64,
 }
 
@@ -50,7 +51,7 @@ impl Lift {
         };
         (is_plain && ground.restitution.get() == 0.0).then(|| Self {
             below: Below(ground.height),
-            rise: Rise::in_substep(pass.h),
+            rise: rise(pass.h),
             friction: friction.into(),
         })
     }
@@ -69,7 +70,7 @@ impl Lift {
         let one = Doubles::<L>::splat(simd, 1.0);
         let base = y - f64::from(self.below.0.get());
         let below = -base;
-        let rising = (-below * (1.0 - self.rise.fraction)).min(base + self.rise.most);
+        let rising = -below * (1.0 - self.rise);
         let surface = below.simd_gt(zero).select(rising, zero);
         let depth = surface - (base + moved[1]);
         let slip = [(moved[0] - began[0]) + 0.0, (moved[2] - began[2]) + 0.0];

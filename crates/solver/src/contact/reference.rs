@@ -8,14 +8,9 @@ use crate::{
 };
 use glam::DVec3;
 
-/// The same as in the fast solver [s], [m/s].
+/// The same as in the fast solver.
 const RISE_TIME: f64 = 0.4;
-const RISE_SPEED: f64 = 10.0;
-
-/// How far what starts a substep of `h` seconds at this depth [m] rises.
-fn rise(depth: f64, h: f64) -> f64 {
-    (depth * (h / RISE_TIME).min(1.0)).min(h * RISE_SPEED)
-}
+const LAST: f64 = 0.1;
 
 /// Contact displacements of a particle in the current substep.
 #[derive(Debug, Clone, Copy, Default)]
@@ -54,7 +49,7 @@ pub(super) fn ground(
         } else {
             (height - body.from[i].y).max(0.0)
         };
-        let remaining = below - rise(below, h);
+        let remaining = below * (1.0 - (h / RISE_TIME).min(1.0));
         let depth = height - remaining - body.x[i].y;
         if (depth > 0.0 || pushed.normal > 0.0) && body.w[i] > 0.0 {
             respond(
@@ -96,7 +91,10 @@ pub(super) fn collide(
                 Some(normal) => (normal, way_out(shape, began, normal, radius)),
                 None => deepest(shape, began, radius),
             };
-            raised = rise(depth, pass.h);
+            let size = f64::from(body.topology.size());
+            let most = if size > 0.0 { size } else { f64::INFINITY };
+            let counted = depth.max(LAST * size).min(most);
+            raised = (counted * (pass.h / RISE_TIME).min(1.0)).min(depth);
             let depth = normal.dot(began - end) + raised;
             (depth > 0.0 || is_pushed).then_some((normal, depth))
         } else {

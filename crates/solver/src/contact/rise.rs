@@ -1,5 +1,7 @@
 //! The speed at which what is inside a surface comes out of it.
 
+use crate::Topology;
+
 /// Time constant τ [s] with which particles that start a substep below the ground or in a collider rise:
 /// a fraction h/τ of their depth per substep.
 ///
@@ -7,31 +9,41 @@
 /// inversely proportional to the substep: half a meter in 1/600 s is 300 m/s.
 const RISE_TIME: f64 = 0.4;
 
-/// They rise at this speed [m/s] at most, the largest recovery speed of a contact: a ball of gravel in a
-/// mountain is not shot out of it.
-const RISE_SPEED: f64 = 10.0;
+/// The last of the depth in a collider, as a fraction of the size of the body, is risen at a steady speed,
+/// so that it ends.
+const LAST: f64 = 0.1;
 
-/// How far particles rise in a substep that start it below the ground or in a collider.
+/// Fraction of its depth by which a particle rises that starts a substep of `h` seconds below the ground
+/// or in a collider.
+pub(super) fn rise(h: f32) -> f64 {
+    (f64::from(h) / RISE_TIME).min(1.0)
+}
+
+/// How far particles rise in a substep that start it in a collider.
 #[derive(Debug, Clone, Copy)]
-pub struct Rise {
-    /// Fraction of the depth.
-    pub fraction: f64,
-    /// The most [m].
-    pub most: f64,
+pub(super) struct Rise {
+    /// Size of the body at rest [m].
+    size: f64,
+    fraction: f64,
 }
 
 impl Rise {
-    /// In a substep of `h` seconds.
-    pub fn in_substep(h: f32) -> Self {
-        let h = f64::from(h);
+    /// Of a body, in a substep of `h` seconds.
+    pub fn of(topology: &Topology, h: f32) -> Self {
         Self {
-            fraction: (h / RISE_TIME).min(1.0),
-            most: h * RISE_SPEED,
+            size: topology.size().into(),
+            fraction: rise(h),
         }
     }
 
-    /// From this depth [m].
+    /// From this depth [m]. However deep in a mountain, a body rises by its own size in τ at most.
     pub fn from_depth(self, depth: f64) -> f64 {
-        (depth * self.fraction).min(self.most)
+        let most = if self.size > 0.0 {
+            self.size
+        } else {
+            f64::INFINITY
+        };
+        let counted = depth.max(LAST * self.size).min(most);
+        (counted * self.fraction).min(depth)
     }
 }
