@@ -6,6 +6,7 @@ mod allocation;
 #[cfg(feature = "avian")]
 mod avian;
 mod bench;
+mod contact_sweep;
 mod contract_bits;
 mod contract_effects;
 mod contract_examples;

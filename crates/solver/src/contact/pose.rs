@@ -2,7 +2,7 @@
 //! the small motion of a substep.
 
 use crate::InvalidValue;
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// A rotation, then a translation.
@@ -84,6 +84,12 @@ impl Pose {
     #[must_use]
     pub fn apply(&self, x: DVec3) -> DVec3 {
         self.rotation * x + self.translation
+    }
+
+    /// The map from the local frame to the world.
+    #[must_use]
+    pub fn affine(&self) -> DAffine3 {
+        DAffine3::from_mat3_translation(self.rotation, self.translation)
     }
 
     /// From the world to the local frame.

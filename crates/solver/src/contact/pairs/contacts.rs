@@ -2,6 +2,7 @@
 
 use super::{
     bounds::Ball,
+    common::CommonMotion,
     detect::{Batch, Candidate, NearPart, PiecePair, Scratch},
     manifold::Manifolds,
     params::{PairParams, Params},
@@ -19,7 +20,7 @@ use crate::{
     contact::collider::SweptCollider,
     topology::surface::{Patch, Surface},
 };
-use glam::{DVec3, Vec3A};
+use glam::{DAffine3, DVec3, Vec3A};
 use std::{ops::Range, sync::Arc};
 
 /// Reach of a ball along the predicted motion, as a multiple of the motion.
@@ -145,6 +146,8 @@ pub(super) struct Member {
     /// Its stitches.
     pub(super) stitched: StitchedVertices,
     pub(super) is_stepped: bool,
+    /// Motion of a collider in the substep.
+    pub(super) motion: DAffine3,
 }
 
 /// A piece of the surface of a member, with its own moving frame.
@@ -164,6 +167,8 @@ pub(super) struct Piece {
     pub(super) drift: DVec3,
     /// Mean motion in the substep [m].
     pub(super) motion: DVec3,
+    /// The common motion of its group, where motion is cut.
+    pub(super) common: Option<CommonMotion>,
     /// Displacements of its frame for which the pairs of pieces are valid.
     pub(super) claim: Ball,
     /// Margin of its balls against rounding [m].
@@ -628,6 +633,7 @@ impl Contacts {
                 params: new.params,
                 stitched: StitchedVertices::of(new.stitches, new.surface),
                 is_stepped: new.is_stepped,
+                motion: DAffine3::IDENTITY,
             });
             first += new.surface.vertices.len();
         }
@@ -663,6 +669,7 @@ impl Contacts {
                     origin: DVec3::ZERO,
                     drift: DVec3::ZERO,
                     motion: DVec3::ZERO,
+                    common: None,
                     claim: Ball::ORIGIN,
                     slack: 0.0,
                     radius: 0.0,
@@ -695,7 +702,7 @@ impl Contacts {
     fn predict(&mut self, bodies: &[impl Tangible], colliders: &[SweptCollider], step: &Substep) {
         let h = f64::from(step.h);
         let fall = step.gravity.as_dvec3() * (h * h);
-        for (member, may_cross) in self.members.iter().zip(&mut self.may_cross) {
+        for (member, may_cross) in self.members.iter_mut().zip(&mut self.may_cross) {
             if !member.is_stepped && self.is_valid {
                 continue;
             }
@@ -703,6 +710,7 @@ impl Contacts {
                 Owner::Body(body) => &bodies[body],
                 Owner::Collider(collider) => {
                     let SweptCollider { from, to, .. } = &colliders[collider];
+                    member.motion = to.affine() * from.affine().inverse();
                     for (rest, v) in member.surface.rest.iter().zip(member.vertices()) {
                         let rest = rest.as_dvec3();
                         (self.starts[v], self.ends[v]) = (from.apply(rest), to.apply(rest));
@@ -732,6 +740,7 @@ impl Contacts {
         for piece in self.pieces.iter_mut().filter(|piece| piece.is_stepped) {
             // Its motion in the previous substep.
             piece.drift += piece.motion;
+            piece.common = None;
         }
         self.find_mean_motion();
     }
@@ -770,7 +779,11 @@ impl Contacts {
                 let v = vertices[corner] as usize;
                 let relative = (ends[v] - starts[v]) * horizon - path;
                 let center = (starts[v] - frame + relative * 0.5).as_vec3a();
-                let half_motion = 0.5 * relative.length() as f32;
+                let mut half_motion = 0.5 * relative.length() as f32;
+                if let Some(common) = &piece.common {
+                    let apart = common.displacement(starts[v]) - path - relative * 0.5;
+                    half_motion = half_motion.max(apart.length() as f32);
+                }
                 longest = longest.max(half_motion);
                 half_motions[corner] = half_motion;
                 farthest = farthest.max((center - claimed[corner]).length_squared());

@@ -2,6 +2,7 @@
 
 mod bounds;
 pub(crate) mod closest;
+mod common;
 pub(crate) mod contacts;
 pub(crate) mod crossings;
 mod detect;

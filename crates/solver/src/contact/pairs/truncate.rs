@@ -1,7 +1,7 @@
 //! Truncates motion that would let surfaces cross.
 //!
-//! Every particle moves from its start xⁿ along Δ = x − xⁿ − V, with V the common motion of the
-//! bodies involved, to xⁿ + V + tΔ with 0 ≤ t ≤ 1. Heights H along n, the direction of the shortest
+//! Every particle moves from its start xⁿ to T(xⁿ + tΔ) with 0 ≤ t ≤ 1, with T the common motion of the
+//! bodies involved, and Δ = T⁻¹(x) − xⁿ. What performs the common motion alone crosses nothing. Heights H along n, the direction of the shortest
 //! distance of two primitives at the start, are at least that distance on the first, and at most 0
 //! on the second. Two primitives that stay on their sides of a plane between them cannot cross.
 //!
@@ -13,14 +13,15 @@
 //!   particle can move it into the path of another. As t is a minimum over pairs, the result does
 //!   not depend on their order.
 //! - Pairs are first those that come near each other if all motion is performed in full. Where
-//!   motion is cut, they are found again for all t from 0 to 1, by the motion relative to V.
+//!   motion is cut, they are found again for all t from 0 to 1.
 //!
 //! Truncated motion loses momentum. A group without pins, colliders and repair gets it back after
-//! the substep, as a change of velocity that is the same for all of its particles: with V the
-//! velocity of its center of mass, its energy does not grow. Angular momentum is lost.
+//! the substep, as a change of velocity that is the same for all of its particles: with T the
+//! motion of its center of mass, its energy does not grow. Angular momentum is lost.
 
 use super::{
     closest::weighted,
+    common::{CommonMotion, Group},
     contacts::{Contacts, Owner},
     detect::Batch,
     tangible::Tangible,
@@ -48,58 +49,10 @@ pub(super) struct Truncation {
     roots: Vec<u32>,
     /// Whether the frames of each group, by its root, move along its common motion.
     follows: Vec<bool>,
-    /// Common motion of each group of members.
-    common: Vec<Common>,
+    /// Each group of members, by its root.
+    groups: Vec<Group>,
     /// Members of pairs that touch at distance 0, so that they have no sides.
     touching: Vec<[u32; 2]>,
-}
-
-/// Common motion of a group of members: that of its particles that cannot be cut, zero if one of
-/// them does not move, or the motion of the center of mass if there are none. A motion that none of
-/// them performs would leave no plane that they do not pass.
-#[derive(Debug, Clone, Copy, Default)]
-struct Common {
-    motion: DVec3,
-    /// Σmx [kg·m] and Σm [kg] of the particles that can be cut.
-    momentum: DVec3,
-    mass: f64,
-    sum_of_fixed: DVec3,
-    fixed: f64,
-    is_held: bool,
-    /// Momentum that its particles have lost [kg·m].
-    lost: DVec3,
-    /// Whether part of a body is under repair, which has rules of its own for velocities.
-    is_repaired: bool,
-}
-
-impl Common {
-    /// Adds a particle with its motion [m] and inverse mass [1/kg].
-    fn add(&mut self, displacement: DVec3, inverse_mass: f64) {
-        if inverse_mass > 0.0 {
-            self.momentum += displacement / inverse_mass;
-            self.mass += 1.0 / inverse_mass;
-        } else {
-            self.sum_of_fixed += displacement;
-            self.fixed += 1.0;
-            self.is_held |= displacement == DVec3::ZERO;
-        }
-    }
-
-    fn mean(&self) -> DVec3 {
-        if self.is_held {
-            DVec3::ZERO
-        } else if self.fixed > 0.0 {
-            self.sum_of_fixed / self.fixed
-        } else {
-            self.momentum / self.mass
-        }
-    }
-
-    /// Change of its velocity that returns what it has lost, as a displacement per substep [m].
-    fn push(&self) -> Option<DVec3> {
-        let is_free = self.fixed == 0.0 && !self.is_repaired;
-        (is_free && self.lost != DVec3::ZERO).then(|| self.lost / self.mass)
-    }
 }
 
 /// Two primitives that come near each other in a substep.
@@ -184,11 +137,12 @@ impl Contacts {
             buffers.before.clone_from(&buffers.t);
             let mut found = false;
             for pair in &mut buffers.pairs {
-                let common =
-                    buffers.common[buffers.roots[pair.members[0] as usize] as usize].motion;
+                let group = buffers.roots[pair.members[0] as usize];
+                let common = buffers.groups[group as usize].motion;
                 let displacements = pair.corners.map(|v| {
                     let v = v as usize;
-                    pair.normal.dot(self.ends[v] - self.starts[v] - common)
+                    let relative = common.relative(self.starts[v], self.ends[v]);
+                    pair.normal.dot(relative)
                 });
                 if pair.is_cut || pair.stays_apart(displacements, &buffers.before) {
                     continue;
@@ -217,17 +171,28 @@ impl Contacts {
         let Truncation {
             pairs,
             roots,
-            common,
+            groups,
             follows,
             ..
         } = buffers;
         for pair in pairs {
             follows[roots[pair.members[0] as usize] as usize] = true;
         }
-        for piece in &mut self.pieces {
-            let root = roots[piece.member] as usize;
-            if follows[root] {
-                piece.motion = common[root].motion;
+        for number in 0..self.pieces.len() {
+            let root = roots[self.pieces[number].member] as usize;
+            if follows[root] && self.pieces[number].is_stepped {
+                let common = groups[root].motion;
+                let corners = &self.vertices[self.pieces[number].corners(&self.members)];
+                let piece = &mut self.pieces[number];
+                piece.common = Some(common);
+                piece.motion = match common {
+                    CommonMotion::Shift(by) => by,
+                    CommonMotion::Turn { .. } => {
+                        let each = corners.iter().map(|&v| self.starts[v as usize]);
+                        let sum: DVec3 = each.map(|start| common.displacement(start)).sum();
+                        sum / corners.len() as f64
+                    }
+                };
             }
         }
     }
@@ -267,28 +232,29 @@ impl Contacts {
 
     /// Computes the common motion of each group.
     fn find_common(&self, buffers: &mut Truncation, bodies: &[impl Tangible]) {
-        let Truncation { roots, common, .. } = buffers;
-        common.clear();
-        common.resize(self.members.len(), Common::default());
+        let Truncation { roots, groups, .. } = buffers;
+        groups.clear();
+        groups.resize(self.members.len(), Group::default());
         for (member, &root) in self.members.iter().zip(&*roots) {
-            let common = &mut common[root as usize];
+            let group = &mut groups[root as usize];
             match member.owner {
                 Owner::Body(body) if member.is_stepped => {
                     let body = &bodies[body];
-                    common.is_repaired |= body.is_repaired();
+                    group.is_repaired |= body.is_repaired();
                     for i in 0..body.topology().particles() {
-                        common.add(body.now(i) - body.start(i), body.inverse_mass(i));
+                        group.add(body.now(i) - body.start(i), body.inverse_mass(i));
                     }
                 }
-                _ => {
-                    for v in member.vertices() {
-                        common.add(self.ends[v] - self.starts[v], 0.0);
-                    }
+                Owner::Body(_) => group.add(DVec3::ZERO, 0.0),
+                Owner::Collider(_) => {
+                    let moved = |v: usize| (self.ends[v] - self.starts[v]).length();
+                    let farthest = member.vertices().map(moved).fold(0.0, f64::max);
+                    group.add_collider(member.motion, farthest);
                 }
             }
         }
-        for common in common {
-            common.motion = common.mean();
+        for group in groups {
+            group.find_motion();
         }
     }
 
@@ -298,12 +264,8 @@ impl Contacts {
             let Owner::Body(body) = member.owner else {
                 continue;
             };
-            let Common {
-                motion: common,
-                lost,
-                ..
-            } = &mut buffers.common[root as usize];
-            let common = *common;
+            let Group { motion, lost, .. } = &mut buffers.groups[root as usize];
+            let common = *motion;
             if bodies[body].effects().is_rigid() {
                 let t = buffers.t[member.first];
                 if t < 1.0 {
@@ -316,8 +278,8 @@ impl Contacts {
             for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
                 let t = buffers.t[v];
                 if t < 1.0 && self.inverse_masses[v] > 0.0 {
-                    let displacement = self.ends[v] - self.starts[v];
-                    let cut = common + (displacement - common) * t;
+                    let relative = common.relative(self.starts[v], self.ends[v]);
+                    let by = common.seen(relative * (t - 1.0));
                     let (body, particle) = (&mut bodies[body], particle as usize);
                     if body.is_repaired() {
                         // Displacement by repair is not velocity, and neither is the truncated part
@@ -325,8 +287,8 @@ impl Contacts {
                         let drawn = body.began(particle) - self.starts[v];
                         body.shift_start(particle, drawn * (t - 1.0));
                     }
-                    body.shift(particle, cut - displacement);
-                    *lost += (displacement - cut) / self.inverse_masses[v];
+                    body.shift(particle, by);
+                    *lost -= by / self.inverse_masses[v];
                     self.counts.truncated += 1;
                     touches = true;
                 }
@@ -337,7 +299,7 @@ impl Contacts {
         }
         for (member, &root) in self.members.iter().zip(&buffers.roots) {
             if let (Owner::Body(body), Some(by)) =
-                (member.owner, buffers.common[root as usize].push())
+                (member.owner, buffers.groups[root as usize].push())
             {
                 self.pushes.push((body, by));
             }
@@ -356,11 +318,11 @@ impl Contacts {
 }
 
 /// Truncates the motion of all particles of a body; returns the lost momentum [kg·m].
-fn cut_rigid(body: &mut impl Tangible, common: DVec3, t: f64) -> DVec3 {
+fn cut_rigid(body: &mut impl Tangible, common: CommonMotion, t: f64) -> DVec3 {
     let mut lost = DVec3::ZERO;
     for i in 0..body.topology().particles() {
-        let displacement = body.now(i) - body.start(i);
-        let by = (displacement - common) * (t - 1.0);
+        let relative = common.relative(body.start(i), body.now(i));
+        let by = common.seen(relative * (t - 1.0));
         body.shift(i, by);
         if body.inverse_mass(i) > 0.0 {
             lost -= by / body.inverse_mass(i);
@@ -429,11 +391,13 @@ impl Pair {
             return true;
         }
         let (mut low, mut high) = (MARGIN, 1.0 - MARGIN);
+        // What is nearer than the minimum gap must not come nearer to the plane.
+        let room = half.min((0.5 - MARGIN) * gap);
         for i in (0..4).filter(|&i| fixed[i] && approach[i] > 0.0) {
             if i < split {
-                high = high.min((heights[i] - half - approach[i]) / gap);
+                high = high.min((heights[i] - room - approach[i]) / gap);
             } else {
-                low = low.max((heights[i] + half + approach[i]) / gap);
+                low = low.max((heights[i] + room + approach[i]) / gap);
             }
         }
         if low > high {
