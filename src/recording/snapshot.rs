@@ -168,6 +168,7 @@ impl Snapshot {
                 title: self.about.title.clone(),
                 look_at: self.about.look_at.clone(),
                 world: self.built.world.settings,
+                sleep: self.built.world.sleep,
                 bodies: Vec::new(),
                 colliders: Vec::new(),
                 camera: self.about.camera,

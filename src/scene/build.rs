@@ -3,6 +3,7 @@
 use super::{
     Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, PartBounds, Region,
     ScalpSpec, Scene, SceneError, ShapeSpec, asset,
+    collider_notes::collider_notes,
     select::{add_groups, check_group, select},
     stitches::{join, stitches},
     substeps::{choose, is_automatic},
@@ -67,6 +68,7 @@ impl Scene {
         let mut built = BuiltScene {
             world: World {
                 settings: self.world,
+                sleep: self.sleep,
                 ..World::default()
             },
             skins: Vec::new(),
@@ -110,6 +112,7 @@ impl Scene {
         self.check_view()?;
         self.acceptance.check_names(&built.world)?;
         self.check_answers(&built.world)?;
+        built.notes.extend(collider_notes(&built.world));
         Ok(built)
     }
 

@@ -10,7 +10,7 @@ use crate::{
     mesh::{Bounds, BuildOptions, Primitive, Strands, Treatment},
     solver::{
         Compliance, Cut, Density, Force, GroupName, Mass, Path, Settings, Toughness, VertexIndex,
-        deform::Deformation,
+        deform::Deformation, rest::SleepSettings,
     },
 };
 use glam::{UVec3, Vec3};
@@ -38,6 +38,9 @@ pub struct Scene {
     /// Gravity, rate, substeps, iterations.
     #[serde(default)]
     pub world: Settings,
+    /// When bodies sleep; by default half a second after they came to rest.
+    #[serde(default)]
+    pub sleep: SleepSettings,
     /// The soft bodies.
     pub bodies: Vec<BodySpec>,
     /// Rigid colliders.

@@ -8,6 +8,7 @@ use crate::{
     solver::{
         Compliance, Contact, Density, Filling, Ground, Pressure, SelfContact, Settings, Stiffness,
         Stretch, Topology, Volume,
+        rest::SleepSettings,
         topology::{Dimension, bounds},
     },
 };
@@ -194,6 +195,7 @@ impl Scene {
             title: body,
             look_at: look_at(&file, &options),
             world: Settings::default(),
+            sleep: SleepSettings::default(),
             bodies: vec![spec],
             colliders: Vec::new(),
             camera: None,

@@ -27,6 +27,7 @@ mod acceptance;
 mod answer;
 pub mod asset;
 mod build;
+mod collider_notes;
 mod effects;
 mod error;
 mod file;

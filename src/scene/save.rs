@@ -124,6 +124,7 @@ impl Definition {
         let (mut reasons, mut notes) = (Vec::new(), Vec::new());
         let mut scene = Scene {
             world: now.world.settings,
+            sleep: now.world.sleep,
             folder: folder.to_owned(),
             own_effects: now.own_effects.clone(),
             chooses_substeps: false,

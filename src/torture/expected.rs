@@ -72,6 +72,11 @@ pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
         reason: "comes to rest in a second equilibrium: off by 15 % after 2 s as after 8 s, without an element inside out",
     },
     ExpectedFailure {
+        case: "overlap",
+        members: &["cube3,box,scale=0.1"],
+        reason: "the springs of what is raised swing, at 2.07 instead of 2 of its lengths per second",
+    },
+    ExpectedFailure {
         case: "collide",
         members: &[
             "cube3,compliance=1e-5,damping=0.02",

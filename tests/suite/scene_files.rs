@@ -313,7 +313,7 @@ fn a_name_that_is_no_scene_is_answered_with_the_names_that_are() {
 
 /// Notes name the body or collider, what is unusual, and what to do; a usual scene has none.
 #[test]
-fn a_thick_contact_and_an_open_collider_are_noted() {
+fn a_thick_contact_and_a_collider_that_is_open_fast_or_small_are_noted() {
     let notes = |text: &str| {
         let scene = Scene::parse("my.ron", text).expect("sound");
         scene.build().expect("sound").notes
@@ -339,8 +339,49 @@ fn a_thick_contact_and_an_open_collider_are_noted() {
         &open,
         &["collider 1", "16 edges of one triangle", "close it"],
     );
+    let turning = |rate: &str| {
+        let path = format!("Sphere(radius: 0.2), path: Spin(axis: (0, 1, 0), rate: {rate})");
+        notes(&SOUND.replace("Sphere(radius: 0.2)", &path)).join("\n")
+    };
+    // 600 substeps per second.
+    assert_eq!(turning("290"), "");
+    let fast = turning("-360");
+    says(
+        &fast,
+        &[
+            "collider 1: turns 0.60 times in each substep of 1.67 ms",
+            "above 12",
+        ],
+    );
+    let small = SOUND
+        .replace("Sphere(radius: 0.2)", "Sphere(radius: 0.05)")
+        .replace("ground: ()", "ground: (), collide: ()");
+    says(
+        &notes(&small).join("\n"),
+        &["collider 1: 0.1 m across", "of “b”", "use `Surface(…)`"],
+    );
     let closed = SOUND.replace("Sphere(radius: 0.2)", "Mesh(file: \"bowl\")");
     assert!(notes(&closed).iter().all(|note| !note.contains("open")));
+}
+
+#[test]
+fn a_scene_says_when_its_bodies_sleep() {
+    let with = |sleep: &str| SOUND.replace("bodies:", &format!("sleep: {sleep}, bodies:"));
+    for (sleep, sleepers) in [("()", 1), ("(enabled: false)", 0), ("(after: 60.0)", 0)] {
+        let scene: Scene = with(sleep).parse().expect("sound");
+        let again: Scene = scene.to_text().expect("written").parse().expect("sound");
+        assert_eq!(again, scene);
+        let mut world = scene.build().expect("sound").world;
+        for _ in 0..600 {
+            world.tick();
+        }
+        let asleep = world.bodies.iter().filter(|body| body.asleep).count();
+        assert_eq!(asleep, sleepers, "{sleep}");
+    }
+    says(
+        &complaint("bodies:", "sleep: (speed: -1.0), bodies:"),
+        &["my.ron:5:", "speed or time of sleep", "at least 0"],
+    );
 }
 
 /// Copies are numbered, lie on the grid around the given position, and share one topology.

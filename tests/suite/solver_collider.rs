@@ -8,8 +8,8 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Collide, Collider, ColliderShape, Effects, Ground, Path, Pose, RestShape,
-        Restitution, World, deform::Random, measure,
+        Body, Collide, Collider, ColliderShape, Effects, Path, Pose, RestShape, World,
+        deform::Random, measure,
     },
 };
 

@@ -11,6 +11,7 @@ use glam::DVec3;
 /// The same as in the fast solver.
 const RISE_TIME: f64 = 0.4;
 const LAST: f64 = 0.1;
+const NEARLY: f64 = 0.999;
 
 /// Contact displacements of a particle in the current substep.
 #[derive(Debug, Clone, Copy, Default)]
@@ -94,7 +95,7 @@ pub(super) fn collide(
             let size = f64::from(body.topology.size());
             let most = if size > 0.0 { size } else { f64::INFINITY };
             let counted = depth.max(LAST * size).min(most);
-            raised = (counted * (pass.h / RISE_TIME).min(1.0)).min(depth);
+            raised = (counted * (pass.h / RISE_TIME).min(1.0)).min(NEARLY * depth);
             let depth = normal.dot(began - end) + raised;
             (depth > 0.0 || is_pushed).then_some((normal, depth))
         } else {

@@ -13,6 +13,10 @@ const RISE_TIME: f64 = 0.4;
 /// so that it ends.
 const LAST: f64 = 0.1;
 
+/// It is risen by this fraction in a substep at most: what is on the surface up to rounding is neither
+/// inside nor outside, and the next pass could take it for either.
+const NEARLY: f64 = 0.999;
+
 /// Fraction of its depth by which a particle rises that starts a substep of `h` seconds below the ground
 /// or in a collider.
 pub(super) fn rise(h: f32) -> f64 {
@@ -36,14 +40,14 @@ impl Rise {
         }
     }
 
-    /// From this depth [m]. However deep in a mountain, a body rises by its own size in τ at most.
-    pub fn from_depth(self, depth: f64) -> f64 {
+    /// At this depth [m]. However deep in a mountain, a body rises by its own size in τ at most.
+    pub fn at(self, depth: f64) -> f64 {
         let most = if self.size > 0.0 {
             self.size
         } else {
             f64::INFINITY
         };
         let counted = depth.max(LAST * self.size).min(most);
-        (counted * self.fraction).min(depth)
+        (counted * self.fraction).min(NEARLY * depth)
     }
 }

@@ -185,7 +185,7 @@ impl ColliderShape {
             },
             None => self.nearest_exit_of(from, radius),
         };
-        let raised = rise.from_depth(depth);
+        let raised = rise.at(depth);
         let depth = normal.dot(from - to) + raised;
         (Exit { normal, depth }, raised)
     }

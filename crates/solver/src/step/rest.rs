@@ -9,23 +9,39 @@
 //! holds and that touches nothing keeps its speed for good, and is awake at any that is not rounding.
 
 use crate::{
-    Effects, ElasticKind, ForceKind, Particles, Topology, contact::collider::SweptCollider,
-    topology::bounds,
+    Effects, ElasticKind, ForceKind, InvalidValue, Particles, Topology,
+    contact::collider::SweptCollider, topology::bounds,
 };
 use glam::{Vec3, Vec4};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
 /// Sleep settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct SleepSettings {
     /// Whether bodies may sleep; default true.
     pub enabled: bool,
     /// A body is still while the root mean square speed of its particles is below this [m/s], and below
-    /// what its [size and effects](self) allow; default 1e-3.
+    /// what its [size and effects](self) allow; at least 0, at which no body sleeps; default 1e-3.
+    #[serde(deserialize_with = "not_negative")]
     pub speed: f32,
     /// Time at rest before a body falls asleep [s]; default 0.5, longer than an oscillation stays
-    /// at its turning point.
+    /// at its turning point; at least 0.
+    #[serde(deserialize_with = "not_negative")]
     pub after: f32,
+}
+
+/// A finite number, at least 0.
+fn not_negative<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
+    let value = f32::deserialize(deserializer)?;
+    if value.is_finite() && value >= 0.0 {
+        return Ok(value);
+    }
+    Err(D::Error::custom(InvalidValue {
+        quantity: "speed or time of sleep",
+        value: value.into(),
+        valid: "a finite number, at least 0",
+    }))
 }
 
 impl Default for SleepSettings {
