@@ -8,14 +8,8 @@
 //! ```
 
 use pliant::{scene::Scene, solver::deform::Random};
-use std::{
-    env,
-    sync::{
-        Mutex,
-        atomic::{AtomicU32, Ordering},
-    },
-    thread,
-};
+use rayon::prelude::*;
+use std::env;
 
 /// Number of combinations in the suite.
 const DRAWN: u32 = 25;
@@ -24,12 +18,10 @@ const DRAWN: u32 = 25;
 const SECONDS: f64 = 2.0;
 
 /// Text of the scene of a number.
-pub fn combination(number: u32) -> String {
+fn combination(number: u32) -> String {
     let mut random = Random::new(number);
-    let mut draw = |low: f32, high: f32| low + (high - low) * random.next();
-    // As likely in each decade.
-    let mut of = |count: usize| (draw(0.0, count as f32) as usize).min(count - 1);
-    // The shape, half its thickness in the plane z = 0 and the radius that encloses it [m].
+    let mut of = |count: usize| ((random.next() * count as f32) as usize).min(count - 1);
+    // The shape, and the radius that encloses it [m].
     let (shape, reach) = [
         ("Box(size: (1.2, 0.1, 0.1), cells: (1, 1, 1))", 0.62),
         ("Box(size: (0.4, 0.4, 0.4), cells: (1, 1, 1))", 0.36),
@@ -41,8 +33,9 @@ pub fn combination(number: u32) -> String {
     let axis = ["(0, 0, 1)", "(1, 0, 0)", "(1, 0.3, 1)"][of(3)];
     let lying = ["(0, 0, 0)", "(90, 0, 0)", "(30, 20, 50)"][of(3)];
     let (motion, kind, friction, substeps) = (of(3), of(4), of(3), [5, 10, 20][of(3)]);
-    let thick = of(2) == 0;
+    let touches_itself = of(2) == 0;
     let mut draw = |low: f32, high: f32| low + (high - low) * random.next();
+    // Rates, periods and speeds are as likely in each decade.
     let (path, position, above) = match motion {
         0 => {
             let rate = 0.2 * 100.0_f32.powf(draw(0.0, 1.0));
@@ -89,11 +82,10 @@ pub fn combination(number: u32) -> String {
             0.15,
         ),
     };
-    let thickness = match thick {
+    let extra = match touches_itself && kind == 0 {
         true => ", self_contact: (thickness: 0.01)",
         false => "",
     };
-    let extra = if kind == 0 { thickness } else { "" };
     let friction = [0.0, 0.3, 1.0][friction];
     let [x, y, z] = position;
     let height = above + half + 0.05;
@@ -110,7 +102,7 @@ pub fn combination(number: u32) -> String {
 }
 
 /// Crossing pairs after the worst tick of a run of this many seconds, and the number of that tick.
-pub fn worst(text: &str, seconds: f64) -> (usize, u32) {
+fn worst(text: &str, seconds: f64) -> (usize, u32) {
     let scene: Scene = text.parse().expect("sound");
     let mut world = scene.build().expect("sound").world;
     let mut worst = (0, 0);
@@ -128,28 +120,14 @@ pub fn worst(text: &str, seconds: f64) -> (usize, u32) {
 fn no_combination_crosses() {
     let times = env::var("PLIANT_FUZZ").ok();
     let times = times.map_or(1, |text| text.parse().expect("a whole number"));
-    let next = AtomicU32::new(0);
-    let crossed = Mutex::new(Vec::new());
-    thread::scope(|scope| {
-        let threads = thread::available_parallelism().map_or(1, usize::from);
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let number = next.fetch_add(1, Ordering::Relaxed);
-                    if number >= DRAWN * times {
-                        return;
-                    }
-                    let text = combination(number);
-                    let (count, tick) = worst(&text, SECONDS);
-                    if count > 0 {
-                        let found = format!("{count} crossings after tick {tick} of\n{text}");
-                        crossed.lock().expect("no thread failed").push(found);
-                    }
-                }
-            });
-        }
-    });
-    let crossed = crossed.into_inner().expect("no thread failed");
+    let all = (0..DRAWN * times).into_par_iter();
+    let crossed: Vec<String> = all
+        .filter_map(|number| {
+            let text = combination(number);
+            let (count, tick) = worst(&text, SECONDS);
+            (count > 0).then(|| format!("{count} crossings after tick {tick} of\n{text}"))
+        })
+        .collect();
     assert!(
         crossed.is_empty(),
         "{}: {}",

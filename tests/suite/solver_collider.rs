@@ -321,8 +321,9 @@ fn rise(shape: &ColliderShape, depth: f32, substeps: u32, later: bool) -> (f64, 
 }
 
 /// What starts inside a collider is raised by h/τ of its depth in a substep, or of a tenth of its size if
-/// that is more, with τ = 0.4 s, so never faster than these over τ; whatever the shape, the depth, the substeps, and the
-/// way in: at the start, or by a collider that is moved there. A body leaves it at the side where it is.
+/// that is more, with τ = 0.4 s, so never faster than these over τ; whatever the shape, the depth, the
+/// substeps, and the way in: at the start, or by a collider that is moved there. A body leaves it at the
+/// side where it is.
 #[test]
 fn what_starts_inside_a_collider_rises_slowly_on_its_side() {
     let shapes = [

@@ -65,7 +65,8 @@ fn run_until(world: &mut World, time: f64) {
     run(world, left);
 }
 
-/// Two particles on a rigid edge, rotating, without conservation of angular momentum. Postsolve takes the chord of the path for the velocity,
+/// Two particles on a rigid edge, rotating, without conservation of angular momentum.
+/// Postsolve takes the chord of the path for the velocity,
 /// and the projection pulls along the edge at the end of the path, so that a substep leaves
 /// 1 − (hω)² of the speed, for any masses: a turn loses 2πhω of the angular momentum. That is
 /// dω/dt = −hω³, hence ω(t) = ω₀ / √(1 + 2hω₀²t), up to terms of (hω₀)² = 1.1 %. Rounding changes

@@ -132,7 +132,7 @@ fn push_out(
     let bounds = SweptBounds::of(collider, topology.largest_radius());
     let side = pass.sides.iter().find(|side| side.collider == number);
     let side = side.map(|side| side.direction);
-    let mut rise = None;
+    let rise = Rise::of(topology, pass.h);
     let state = particles
         .positions
         .iter()
@@ -157,12 +157,7 @@ fn push_out(
         let began_at = shape.distance(start);
         let exit = if shape.distance(from) < radius && began_at < radius {
             let side = side.filter(|_| began_at < -deep(shape));
-            let (exit, raised) = shape.rise(
-                (start, to),
-                radius,
-                side,
-                *rise.get_or_insert_with(|| Rise::of(topology, pass.h)),
-            );
+            let (exit, raised) = shape.rise((start, to), radius, side, rise);
             (exit.depth > 0.0 || pushed).then_some((exit, raised))
         } else {
             let exit = shape.exit(from, to, radius).or_else(lifted);

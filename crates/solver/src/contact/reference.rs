@@ -92,7 +92,8 @@ pub(super) fn collide(
                 Some(normal) => (normal, way_out(shape, began, normal, radius)),
                 None => deepest(shape, began, radius),
             };
-            let size = f64::from(body.topology.size());
+            let [low, high] = body.topology.bounds;
+            let size = f64::from((high - low).max_element());
             let most = if size > 0.0 { size } else { f64::INFINITY };
             let counted = depth.max(LAST * size).min(most);
             raised = (counted * (pass.h / RISE_TIME).min(1.0)).min(NEARLY * depth);

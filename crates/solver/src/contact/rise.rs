@@ -9,11 +9,11 @@ use crate::Topology;
 /// inversely proportional to the substep: half a meter in 1/600 s is 300 m/s.
 const RISE_TIME: f64 = 0.4;
 
-/// The last of the depth in a collider, as a fraction of the size of the body, is risen at a steady speed,
-/// so that it ends.
+/// Below this depth in a collider, as a fraction of the size of the body, particles rise at a steady speed:
+/// a fraction of what is left would never end.
 const LAST: f64 = 0.1;
 
-/// It is risen by this fraction in a substep at most: what is on the surface up to rounding is neither
+/// Particles rise by at most this fraction of their depth in a substep: what is on the surface up to rounding is neither
 /// inside nor outside, and the next pass could take it for either.
 const NEARLY: f64 = 0.999;
 
@@ -26,7 +26,7 @@ pub(super) fn rise(h: f32) -> f64 {
 /// How far particles rise in a substep that start it in a collider.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rise {
-    /// Size of the body at rest [m].
+    /// Size of the body at rest, to the centers of grains [m].
     size: f64,
     fraction: f64,
 }
@@ -34,13 +34,14 @@ pub(super) struct Rise {
 impl Rise {
     /// Of a body, in a substep of `h` seconds.
     pub fn of(topology: &Topology, h: f32) -> Self {
+        let [low, high] = topology.bounds;
         Self {
-            size: topology.size().into(),
+            size: (high - low).max_element().into(),
             fraction: rise(h),
         }
     }
 
-    /// At this depth [m]. However deep in a mountain, a body rises by its own size in τ at most.
+    /// From this depth [m]: in τ at most by the size of the body, however deep it is.
     pub fn at(self, depth: f64) -> f64 {
         let most = if self.size > 0.0 {
             self.size

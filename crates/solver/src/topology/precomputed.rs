@@ -361,18 +361,6 @@ impl Topology {
         self.radii.iter().copied().fold(0.0, f32::max)
     }
 
-    /// The longest side of the box around the rest shape [m].
-    #[must_use]
-    pub fn size(&self) -> f32 {
-        let low = self.rest.iter().copied().fold(Vec3::INFINITY, Vec3::min);
-        let high = self
-            .rest
-            .iter()
-            .copied()
-            .fold(Vec3::NEG_INFINITY, Vec3::max);
-        (high - low).max_element().max(0.0)
-    }
-
     /// Vertex of the rest shape of a particle.
     #[must_use]
     pub fn vertex(&self, particle: usize) -> VertexIndex {

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 pub(super) enum CommonMotion {
     /// By this displacement [m].
     Shift(DVec3),
-    /// That of a collider that turns, and its inverse.
+    /// That of a collider, which may turn, and its inverse.
     Turn { forth: DAffine3, back: DAffine3 },
 }
 
@@ -42,7 +42,7 @@ impl CommonMotion {
         }
     }
 
-    /// The displacement that something sees as this one [m].
+    /// The displacement [m] in the world that is this one as seen by what performs the common motion.
     pub fn seen(&self, relative: DVec3) -> DVec3 {
         match self {
             Self::Shift(_) => relative,

@@ -1,9 +1,9 @@
 //! Truncates motion that would let surfaces cross.
 //!
 //! Every particle moves from its start xⁿ to T(xⁿ + tΔ) with 0 ≤ t ≤ 1, with T the common motion of the
-//! bodies involved, and Δ = T⁻¹(x) − xⁿ. What performs the common motion alone crosses nothing. Heights H along n, the direction of the shortest
-//! distance of two primitives at the start, are at least that distance on the first, and at most 0
-//! on the second. Two primitives that stay on their sides of a plane between them cannot cross.
+//! bodies involved, and Δ = T⁻¹(x) − xⁿ. Where all perform the common motion alone, nothing crosses.
+//! Heights H along n, the direction of the shortest distance of two primitives at the start, are at
+//! least that distance on the first, and at most 0 on the second. Two primitives that stay on their sides of a plane between them cannot cross.
 //!
 //! - A pair that keeps the minimum gap throughout is not changed; as motion is straight, its end
 //!   points decide.
