@@ -44,8 +44,13 @@ fn too_small(world: &World) -> Option<String> {
         .collect();
     let smallest = small.iter().map(|it| it.1).reduce(f32::min)?;
     let numbers: Vec<String> = small.iter().map(|it| it.0.to_string()).collect();
+    let collider = if small.len() == 1 {
+        "collider"
+    } else {
+        "colliders"
+    };
     Some(format!(
-        "collider {}: {smallest} m across, less than the mean edge length of {:.3} m of “{}”, of which \
+        "{collider} {}: {smallest} m across, less than the mean edge length of {:.3} m of “{}”, of which \
          only vertices meet a sphere, a box or a capsule: it can get between them; use `Surface(…)`, \
          which edges and faces meet, or more cells",
         numbers.join(", "),

@@ -34,6 +34,7 @@ mod file;
 mod groups;
 mod material;
 pub mod mesh_file;
+mod overlap_note;
 pub mod overrides;
 mod parameters;
 pub mod registry;

@@ -128,6 +128,7 @@ mod solver_methods;
 mod solver_modes;
 mod solver_neo_hookean;
 mod solver_order;
+mod solver_overlap;
 mod solver_plasticity;
 mod solver_pressure;
 mod solver_quantity;

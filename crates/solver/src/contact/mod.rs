@@ -60,7 +60,7 @@ pub use collider::{Swept, SweptCollider};
 pub use inside::WayOut;
 pub use pairs::{
     closest::on_triangle,
-    crossings::{Outline, crossings},
+    crossings::{Outline, Overlapped, crossings, overlaps},
 };
 pub use pose::{rotation, rotation_degrees};
 pub use shape::Exit;

@@ -12,9 +12,9 @@ use crate::{
     Body, Collider, Contacts, Cut, Settings, Threads, WorkEstimate,
     advance::StepContext,
     contact::{
-        Outline,
+        Outline, Overlapped,
         collider::{Swept, SweptCollider},
-        crossings,
+        crossings, overlaps,
     },
     lanes::Instructions,
     rest::{SleepSettings, Wakefulness, disturbed, settle, written},
@@ -134,6 +134,7 @@ impl World {
                 added_mass: &source.added_mass,
                 stitches: &source.stitches,
                 effects: source.effects,
+                sleep: source.sleep,
             };
             let flow = source.particles.emission.copies;
             let copies: Vec<_> = template.copies(number as u32, &flow, &births).collect();
@@ -191,14 +192,23 @@ impl World {
     /// Number of edge–triangle [crossings].
     #[must_use]
     pub fn crossings(&self) -> usize {
-        let outlines = self.bodies.iter().map(|body| Outline {
+        let meshes = self.colliders.iter().filter_map(|it| it.mesh_at(self.time));
+        crossings(self.outlines(), &meshes.collect::<Vec<_>>())
+    }
+
+    /// The bodies that [overlap](overlaps) what they have contact with.
+    #[must_use]
+    pub fn overlaps(&self) -> Vec<(usize, Overlapped)> {
+        overlaps(self.outlines(), &self.colliders, self.time)
+    }
+
+    fn outlines(&self) -> impl Iterator<Item = Outline<'_>> {
+        self.bodies.iter().map(|body| Outline {
             effects: &body.effects,
             topology: &body.topology,
             stitches: Some(&body.stitches),
             particles: &body.particles,
-        });
-        let meshes = self.colliders.iter().filter_map(|it| it.mesh_at(self.time));
-        crossings(outlines, &meshes.collect::<Vec<_>>())
+        })
     }
 
     /// Maximum number of substeps per tick that single precision [resolves](crate::resolution)

@@ -142,7 +142,8 @@ impl Bounds {
         }
     }
 
-    fn center(&self) -> Vec3A {
+    /// Its center [m].
+    pub fn center(&self) -> Vec3A {
         (self.low + self.high) * 0.5
     }
 

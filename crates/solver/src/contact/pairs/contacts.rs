@@ -3,12 +3,12 @@
 use super::{
     bounds::Ball,
     common::CommonMotion,
+    crossing::Crossing,
     detect::{Batch, Candidate, NearPart, PiecePair, Scratch},
     manifold::Manifolds,
     params::{PairParams, Params},
     rigid::Rigid,
     row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
-    self_crossing::SelfCrossing,
     stitched::StitchedVertices,
     sums::{PairContact, Sums},
     tangible::Tangible,
@@ -16,7 +16,7 @@ use super::{
     truncate::Truncation,
 };
 use crate::{
-    Effects, Stitches, Substep, Threads,
+    Effects, Pose, Stitches, Substep, Threads,
     contact::collider::SweptCollider,
     topology::surface::{Patch, Surface},
 };
@@ -94,7 +94,7 @@ pub struct Contacts {
     pub(super) rigids: Vec<Rigid>,
     pub(super) manifolds: Manifolds,
     pub(super) tangles: Vec<Tangle>,
-    pub(super) self_crossings: Vec<SelfCrossing>,
+    pub(super) crossings: Vec<Crossing>,
     pub(super) search: CrossingSearch,
     /// Per member: whether it may have crossed another surface since the last check.
     pub(super) may_cross: Vec<bool>,
@@ -119,6 +119,10 @@ const RIGID_PASSES: usize = 8;
 /// A particle that deviates by more than this fraction of the thickness from its stepped position
 /// was moved externally.
 const MOVED: f32 = 0.01;
+
+/// A collider that deviates by more than this fraction of an edge from where its last motion ended was
+/// put elsewhere.
+const JUMPED: f32 = 1e-3;
 
 /// Number of kinds of contact.
 const KINDS: usize = 3;
@@ -148,6 +152,8 @@ pub(super) struct Member {
     pub(super) is_stepped: bool,
     /// Motion of a collider in the substep.
     pub(super) motion: DAffine3,
+    /// Pose of a collider when it was registered.
+    pose: Option<Pose>,
 }
 
 /// A piece of the surface of a member, with its own moving frame.
@@ -186,6 +192,11 @@ impl Member {
         self.first..self.first + self.surface.vertices.len()
     }
 
+    /// The particle of one of its surface vertices.
+    pub(super) fn particle(&self, vertex: usize) -> usize {
+        self.surface.vertices[vertex - self.first] as usize
+    }
+
     /// The largest of its parts of the distance in the kinds of contact that it has [m].
     pub(super) fn half_thickness(&self) -> f32 {
         let kinds = [Between::Bodies, Between::Itself, Between::Colliders];
@@ -193,7 +204,7 @@ impl Member {
         halves.into_iter().flatten().fold(0.0, f32::max)
     }
 
-    fn is_collider(&self) -> bool {
+    pub(super) fn is_collider(&self) -> bool {
         matches!(self.owner, Owner::Collider(_))
     }
 
@@ -585,6 +596,7 @@ impl Contacts {
                 stitches: Some(body.stitches()),
                 is_rigid: body.effects().is_rigid(),
                 is_stepped: body.is_stepped(),
+                pose: None,
             })
         };
         let of_colliders = || {
@@ -596,6 +608,7 @@ impl Contacts {
                 stitches: None,
                 is_rigid: false,
                 is_stepped: swept.moves(),
+                pose: Some(swept.from),
             })
         };
         let all = || of_bodies().chain(of_colliders());
@@ -605,6 +618,8 @@ impl Contacts {
                     && member.number == new.number
                     && (member.rigid != NO_INDEX) == new.is_rigid
                     && member.is_stepped == new.is_stepped
+                    // One that does not move by itself may have been put elsewhere.
+                    && (new.is_stepped || member.pose == new.pose)
                     && member.params == new.params
                     && new.stitches.is_none_or(|it| member.stitched.is_current(it))
                     && Arc::ptr_eq(&member.surface, new.surface)
@@ -634,6 +649,7 @@ impl Contacts {
                 stitched: StitchedVertices::of(new.stitches, new.surface),
                 is_stepped: new.is_stepped,
                 motion: DAffine3::IDENTITY,
+                pose: new.pose,
             });
             first += new.surface.vertices.len();
         }
@@ -711,9 +727,12 @@ impl Contacts {
                 Owner::Collider(collider) => {
                     let SweptCollider { from, to, .. } = &colliders[collider];
                     member.motion = to.affine() * from.affine().inverse();
+                    let limit = f64::from(JUMPED * member.surface.mean_edge);
                     for (rest, v) in member.surface.rest.iter().zip(member.vertices()) {
                         let rest = rest.as_dvec3();
-                        (self.starts[v], self.ends[v]) = (from.apply(rest), to.apply(rest));
+                        let start = from.apply(rest);
+                        *may_cross |= start.distance_squared(self.ends[v]) > limit * limit;
+                        (self.starts[v], self.ends[v]) = (start, to.apply(rest));
                         self.inverse_masses[v] = 0.0;
                     }
                     continue;
@@ -870,6 +889,7 @@ struct NewMember<'a> {
     stitches: Option<&'a Stitches>,
     is_rigid: bool,
     is_stepped: bool,
+    pose: Option<Pose>,
 }
 
 /// Parameters of a body by kind of contact, in a world with or without colliders that are meshes.

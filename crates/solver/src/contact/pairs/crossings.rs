@@ -1,18 +1,16 @@
-//! Counts crossings of surfaces, as a check that there are none.
+//! Counts crossings of surfaces, as a check that there are none, and finds what overlaps.
 
 use super::{
     bounds::{Bounds, Grid},
+    closed_mesh::ClosedMesh,
+    intersect::{around, crosses, touches},
     stitched::StitchedVertices,
 };
 use crate::{
-    ColliderMesh, Effects, Particles, Pose, Stitches, Topology, particles::MAX_COORDINATE,
-    topology::surface::Surface,
+    Collider, ColliderMesh, Effects, Particles, Pose, Stitches, Topology, contact::inside::deep,
+    particles::MAX_COORDINATE, topology::surface::Surface,
 };
-use glam::{DVec3, Vec3, Vec3A};
-use robust::{Coord3D, orient3d};
-
-/// Margin of the boxes, as a fraction of the largest coordinate: a few ε of `f32`.
-const SLACK: f64 = 1e-6;
+use glam::{DVec3, Vec3};
 
 /// A body whose surface is checked for crossings.
 #[derive(Debug, Clone, Copy)]
@@ -27,12 +25,23 @@ pub struct Outline<'a> {
     pub particles: &'a Particles,
 }
 
+/// What a body overlaps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Overlapped {
+    /// Itself.
+    Itself,
+    /// Another body, by its index.
+    Body(usize),
+    /// A collider, by its index.
+    Collider(usize),
+}
+
 /// A surface with the positions of its vertices.
 struct Shape<'a> {
     surface: &'a Surface,
-    /// Effects of a body; `None` for a collider.
-    effects: Option<&'a Effects>,
-    /// Number of the body; of no meaning for a collider.
+    /// `None` for a collider.
+    body: Option<Outline<'a>>,
+    /// Number of the body or the collider.
     number: u32,
     stitched: StitchedVertices,
     x: Vec<DVec3>,
@@ -40,27 +49,61 @@ struct Shape<'a> {
 }
 
 impl<'a> Shape<'a> {
-    fn new(surface: &'a Surface, effects: Option<&'a Effects>, x: Vec<DVec3>) -> Self {
-        let bounds = x
-            .iter()
-            .fold(Bounds::EMPTY, |all, &x| all.with(around(&[x])));
+    fn of_body((number, body): (u32, Outline<'a>)) -> Self {
+        let surface = body.topology.surface();
+        let at = |&i: &u32| body.particles.position(i as usize);
+        let x: Vec<DVec3> = surface.vertices.iter().map(at).collect();
         Self {
             surface,
-            effects,
-            number: u32::MAX,
-            stitched: StitchedVertices::default(),
+            number,
+            stitched: StitchedVertices::of(body.stitches, surface),
+            bounds: around(&x),
             x,
-            bounds,
+            body: Some(body),
+        }
+    }
+
+    fn of_collider(number: u32, mesh: &'a ColliderMesh, pose: &Pose) -> Self {
+        let at = |rest: &Vec3| pose.apply(rest.as_dvec3());
+        let x: Vec<DVec3> = mesh.vertices().iter().map(at).collect();
+        Self {
+            surface: mesh.surface(),
+            number,
+            stitched: StitchedVertices::default(),
+            bounds: around(&x),
+            x,
+            body: None,
         }
     }
 
     /// Whether two surfaces have contact with each other.
     fn touches(&self, other: &Self) -> bool {
-        match (self.effects, other.effects) {
-            (Some(a), Some(b)) => a.contact.is_some() && b.contact.is_some(),
-            (Some(body), None) | (None, Some(body)) => body.collide.is_some(),
+        match (&self.body, &other.body) {
+            (Some(a), Some(b)) => a.effects.contact.is_some() && b.effects.contact.is_some(),
+            (Some(body), None) | (None, Some(body)) => body.effects.collide.is_some(),
             (None, None) => false,
         }
+    }
+
+    /// Whether it has contact with itself.
+    fn touches_itself(&self) -> bool {
+        self.body
+            .is_some_and(|it| it.effects.self_contact.is_some())
+    }
+
+    fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        let triangles = self.surface.triangles.iter();
+        triangles.map(|it| it.map(|v| self.x[v as usize]))
+    }
+
+    /// Whether a part of it is within a closed surface.
+    fn is_within(&self, other: &Self) -> bool {
+        let Some(body) = self.body.filter(|_| other.surface.is_closed()) else {
+            return false;
+        };
+        let at = |i: u32| body.particles.position(i as usize);
+        let mesh = ClosedMesh::new(other.triangles().collect());
+        !mesh.parts_within(body.topology, at).is_empty()
     }
 }
 
@@ -77,43 +120,89 @@ pub fn crossings<'a>(
     let touching = (0..)
         .zip(bodies)
         .filter(|(_, body)| body.effects.touches_surfaces(!colliders.is_empty()));
-    let bodies = touching.map(|(number, body)| {
-        let surface = body.topology.surface();
-        let at = |&i: &u32| body.particles.position(i as usize);
-        let x = surface.vertices.iter().map(at).collect();
-        let stitched = StitchedVertices::of(body.stitches, surface);
-        Shape {
-            number,
-            stitched,
-            ..Shape::new(surface, Some(body.effects), x)
-        }
-    });
-    let colliders = colliders.iter().map(|(mesh, pose)| {
-        let at = |rest: &Vec3| pose.apply(rest.as_dvec3());
-        Shape::new(
-            mesh.surface(),
-            None,
-            mesh.vertices().iter().map(at).collect(),
-        )
-    });
+    let bodies = touching.map(Shape::of_body);
+    let colliders = (0..).zip(colliders);
+    let colliders = colliders.map(|(number, (mesh, pose))| Shape::of_collider(number, mesh, pose));
     let shapes: Vec<Shape> = bodies.chain(colliders).collect();
     let mut count = 0;
     let mut grid = Grid::default();
     for (place, a) in shapes.iter().enumerate() {
-        if a.effects.is_some_and(|it| it.self_contact.is_some()) {
-            count += between(a, a, &mut grid);
+        if a.touches_itself() {
+            count += between(a, a, &mut grid, crosses);
         }
         for b in &shapes[place + 1..] {
             if a.touches(b) && a.bounds.meets(&b.bounds) {
-                count += between(a, b, &mut grid) + between(b, a, &mut grid);
+                count += between(a, b, &mut grid, crosses) + between(b, a, &mut grid, crosses);
             }
         }
     }
     count
 }
 
-/// Counts edges of `a` through triangles of `b`.
-fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
+/// The bodies of a world, in order, that overlap what they have contact with at a time [s], by their
+/// index: surfaces that cross or touch at distance 0, a body within a closed mesh, and particles in other
+/// colliders.
+#[must_use]
+pub fn overlaps<'a>(
+    bodies: impl Iterator<Item = Outline<'a>>,
+    colliders: &[Collider],
+    time: f64,
+) -> Vec<(usize, Overlapped)> {
+    let shapes: Vec<Shape> = (0..).zip(bodies).map(Shape::of_body).collect();
+    let meshes = (0..).zip(colliders).filter_map(|(number, it)| {
+        let (mesh, pose) = it.mesh_at(time)?;
+        Some(Shape::of_collider(number, mesh, &pose))
+    });
+    let meshes: Vec<Shape> = meshes.collect();
+    let mut grid = Grid::default();
+    let mut found = Vec::new();
+    for (number, a) in shapes.iter().enumerate() {
+        if a.touches_itself() && between(a, a, &mut grid, crosses) > 0 {
+            found.push((number, Overlapped::Itself));
+        }
+        for b in shapes[number + 1..].iter().chain(&meshes) {
+            let meet = |grid: &mut Grid| {
+                between(a, b, grid, meets) + between(b, a, grid, meets) > 0
+                    || b.body.is_none() && a.is_within(b)
+            };
+            if a.touches(b) && a.bounds.meets(&b.bounds) && meet(&mut grid) {
+                let other = b.number as usize;
+                found.push(match b.body {
+                    Some(_) => (number, Overlapped::Body(other)),
+                    None => (number, Overlapped::Collider(other)),
+                });
+            }
+        }
+        let Some(body) = a.body.filter(|it| it.effects.collide.is_some()) else {
+            continue;
+        };
+        for (other, collider) in colliders.iter().enumerate() {
+            let pose = collider.pose_at(time);
+            let is_inside = |i: usize| {
+                let x = pose.undo(body.particles.position(i));
+                collider.shape.distance(x) < -deep(&collider.shape)
+            };
+            let mut particles = 0..body.topology.particles();
+            if collider.shape.mesh().is_none() && particles.any(is_inside) {
+                found.push((number, Overlapped::Collider(other)));
+            }
+        }
+    }
+    found
+}
+
+/// Whether a segment crosses or touches a triangle.
+fn meets(ends: [DVec3; 2], corners: [DVec3; 3]) -> bool {
+    crosses(ends, corners) || touches(ends, corners)
+}
+
+/// Counts edges of `a` that meet triangles of `b`.
+fn between(
+    a: &Shape,
+    b: &Shape,
+    grid: &mut Grid,
+    meet: fn([DVec3; 2], [DVec3; 3]) -> bool,
+) -> usize {
     let is_itself = std::ptr::eq(a, b);
     let ends = |edge: [u32; 2]| edge.map(|v| a.x[v as usize]);
     // Farther out, bodies pass through each other, and boxes are so coarse that all of them overlap.
@@ -144,52 +233,10 @@ fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
             } else {
                 a.stitched.join(edge, b.number) || b.stitched.join(*triangle, a.number)
             };
-            if !shares && boxes[item as usize].meets(&bounds) && crosses(ends(edge), corners) {
+            if !shares && boxes[item as usize].meets(&bounds) && meet(ends(edge), corners) {
                 count += 1;
             }
         });
     }
     count
-}
-
-/// Whether a segment passes through a triangle.
-pub(super) fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
-    let side = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| {
-        let [a, b, c, d] = [a, b, c, d].map(|DVec3 { x, y, z }| Coord3D { x, y, z });
-        orient3d(a, b, c, d)
-    };
-    let [first, last] = [side(a, b, c, p), side(a, b, c, q)];
-    if !(first > 0.0 && last < 0.0 || first < 0.0 && last > 0.0) {
-        return false;
-    }
-    let turns = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)];
-    turns.iter().all(|turn| *turn > 0.0) || turns.iter().all(|turn| *turn < 0.0)
-}
-
-/// Box around points [m], with a margin for rounding.
-pub(super) fn around(points: &[DVec3]) -> Bounds {
-    points.iter().fold(Bounds::EMPTY, |all, point| {
-        let slack = (point.abs().max_element() * SLACK) as f32;
-        let at: Vec3A = point.as_vec3a();
-        all.with(Bounds::around(at, at).grown(slack))
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_segment_crosses_a_triangle_only_inside_of_it() {
-        let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let through = |x: f64, y: f64| {
-            let at = DVec3::new(x, y, 0.0);
-            crosses([at - DVec3::Z, at + DVec3::Z], triangle)
-        };
-        assert!(through(0.2, 0.2));
-        assert!(!through(0.6, 0.6), "beside it");
-        assert!(!through(0.5, 0.0), "on its border");
-        let above = [DVec3::new(0.2, 0.2, 1.0), DVec3::new(0.2, 0.2, 1e-300)];
-        assert!(!crosses(above, triangle), "above it");
-    }
 }

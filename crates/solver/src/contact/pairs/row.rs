@@ -144,7 +144,7 @@ pub(super) struct ContactRow {
 pub(super) const NO_INDEX: u32 = u32::MAX;
 
 /// Gaps below this have no direction [m]: the primitives cross.
-const NO_GAP: f64 = 1e-12;
+pub(super) const NO_GAP: f64 = 1e-12;
 
 /// Contacts closer than this multiple of their thickness count as touching.
 const TOUCHING: f64 = 1.05;

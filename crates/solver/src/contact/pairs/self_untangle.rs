@@ -15,20 +15,20 @@
 
 use super::{
     bounds::Bounds,
-    contacts::{Between, Contacts, Owner},
-    self_crossing::{Regions, SelfCrossing},
+    contacts::{Contacts, Owner},
+    crossing::{Crossing, Regions},
     tangible::Tangible,
-    tangle::Tangle,
+    tangle::{Extent, Tangle},
 };
 use glam::DVec3;
 
 impl Contacts {
     /// Finds in which direction each crossing of a member with itself is resolved.
-    pub(super) fn orient(&self, crossings: &mut [SelfCrossing], regions: &mut Regions) {
+    pub(super) fn orient(&self, crossings: &mut [Crossing], regions: &mut Regions) {
         let Some(first) = crossings.first() else {
             return;
         };
-        let member = &self.members[first.member as usize];
+        let member = &self.members[first.members[0] as usize];
         let of_surface = |v: u32| v - member.first as u32;
         regions.cut.clear();
         for crossing in &*crossings {
@@ -76,65 +76,76 @@ impl Contacts {
         sum
     }
 
-    /// Moves the crossings of surfaces with themselves apart, after an iteration.
-    pub(super) fn separate_itself(&mut self, bodies: &mut [impl Tangible]) {
-        let mut crossings = std::mem::take(&mut self.self_crossings);
+    /// Moves the edges that cross a triangle of their surface or of a collider, after an iteration.
+    pub(super) fn separate_crossings(&mut self, bodies: &mut [impl Tangible]) {
+        let mut crossings = std::mem::take(&mut self.crossings);
         for crossing in &mut crossings {
-            let member = &self.members[crossing.member as usize];
-            let Owner::Body(body) = member.owner else {
+            let [edge, triangle] = crossing.members.map(|it| &self.members[it as usize]);
+            let Some(between) = edge.between(triangle) else {
                 continue;
             };
-            let Some(pair) = member.pair_params(member, Between::Itself, self.h) else {
+            let Some(pair) = edge.pair_params(triangle, between, self.h) else {
                 continue;
             };
-            if crossing.inverse_mass == 0.0 || !member.is_stepped {
+            if crossing.inverse_mass == 0.0 {
                 continue;
             }
-            let body = &mut bodies[body];
-            let corners = crossing.vertices().map(|v| {
-                let v = v as usize;
-                (v, member.surface.vertices[v - member.first] as usize)
-            });
-            let each = corners.iter().zip(crossing.weights);
-            let displacement: DVec3 = each
-                .map(|(&(v, i), weight)| (body.now(i) - self.starts[v]) * weight)
-                .sum();
+            // The two of the edge come first.
+            let corners = crossing
+                .vertices()
+                .into_iter()
+                .zip([edge, edge, triangle, triangle, triangle]);
+            let displacements =
+                corners
+                    .clone()
+                    .zip(crossing.weights)
+                    .map(|((v, member), weight)| {
+                        let v = v as usize;
+                        let now = match member.owner {
+                            Owner::Body(body) => bodies[body].now(member.particle(v)),
+                            Owner::Collider(_) => self.ends[v],
+                        };
+                        (now - self.starts[v]) * weight
+                    });
+            let displacement: DVec3 = displacements.sum();
             let error = crossing.direction.dot(displacement) - crossing.fraction * pair.recovery;
             if !error.is_finite() {
                 continue;
             }
             let change = (-error / crossing.inverse_mass).max(-crossing.multiplier);
             crossing.multiplier += change;
-            for ((v, i), weight) in corners.into_iter().zip(crossing.weights) {
-                let by = change * weight * self.inverse_masses[v];
-                if by != 0.0 {
-                    body.shift(i, crossing.direction * by);
+            for ((v, member), weight) in corners.zip(crossing.weights) {
+                let by = change * weight * self.inverse_masses[v as usize];
+                if let Owner::Body(body) = member.owner
+                    && by != 0.0
+                {
+                    bodies[body].shift(member.particle(v as usize), crossing.direction * by);
+                    bodies[body].touch();
                 }
             }
-            body.touch();
         }
-        self.self_crossings = crossings;
+        self.crossings = crossings;
     }
 
     /// The intersections of a member with itself: crossings whose boxes, grown by a margin, overlap
     /// belong to one.
     pub(super) fn tangles_of_itself(
         &self,
-        crossings: &[SelfCrossing],
+        crossings: &[Crossing],
     ) -> impl Iterator<Item = Tangle> + use<> {
         let mut boxes: Vec<([u32; 2], Bounds)> = Vec::new();
         for crossing in crossings {
-            let member = &self.members[crossing.member as usize];
+            let member = &self.members[crossing.members[0] as usize];
             let margin = 2.0 * member.half_thickness() + member.surface.mean_edge;
             let mut all = crossing.bounds(&self.starts).grown(margin);
             while let Some(place) = boxes.iter().position(|(_, it)| it.meets(&all)) {
                 all = all.with(boxes.swap_remove(place).1);
             }
-            boxes.push(([crossing.member; 2], all));
+            boxes.push((crossing.members, all));
         }
         boxes.into_iter().map(|(members, bounds)| Tangle {
             members,
-            bounds,
+            extent: Extent::Box(bounds),
             direction: DVec3::ZERO,
             multiplier: 0.0,
         })

@@ -2,24 +2,36 @@
 
 use super::{
     bounds::{Bounds, Columns},
-    crossings::around,
-    self_crossing::{Regions, SelfCrossing},
+    crossing::{Crossing, Regions},
+    intersect::around,
 };
 use crate::lanes::Instructions;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Two surfaces that cross, or an intersection of one with itself.
+/// Directions shorter than this fraction of their sum of lengths are undecided.
+pub(super) const UNDECIDED: f64 = 0.1;
+
+/// Two surfaces that cross or touch, an intersection of one with itself, or a body within a collider.
 #[derive(Debug, Clone)]
 pub(super) struct Tangle {
     /// Indices of the members, in ascending order.
     pub members: [u32; 2],
-    /// Box around the crossings, and the corners of pairs that are left out.
-    pub bounds: Bounds,
+    pub extent: Extent,
     /// Direction in which the first one leaves the second, a unit vector.
     pub direction: DVec3,
     /// λ [kg·m].
     pub multiplier: f64,
+}
+
+/// The pairs of primitives that a tangle leaves out.
+#[derive(Debug, Clone)]
+pub(super) enum Extent {
+    /// Those with all corners in a box around crossings.
+    Box(Bounds),
+    /// Those of a part of a body, by its particles in ascending order: of what is within the collider,
+    /// which alone is moved, or of chords.
+    Part(Vec<u32>),
 }
 
 /// Buffers for the search of crossings, reused.
@@ -35,8 +47,9 @@ pub(super) struct CrossingSearch {
     pub boxes: Vec<Option<Bounds>>,
     /// Crossings by two members.
     pub crossed: BTreeMap<[u32; 2], Crossed>,
-    /// Crossings of members with themselves, by member.
-    pub of_itself: Vec<SelfCrossing>,
+    /// Crossings of members with themselves, by member, and of edges of bodies with closed colliders.
+    pub of_itself: Vec<Crossing>,
+    pub of_colliders: Vec<Crossing>,
     pub regions: Regions,
 }
 
@@ -71,7 +84,10 @@ impl<const N: usize> Elements<N> {
 #[derive(Debug)]
 pub(super) struct Crossed {
     pub bounds: Bounds,
-    /// Sum of the directions in which the first one leaves the second.
-    pub direction: DVec3,
-    pub count: u32,
+    /// Sums of the directions in which the first one leaves the second, by the triangles of the first
+    /// and of the second, and how many they are.
+    pub directions: [DVec3; 2],
+    pub counts: [u32; 2],
+    /// Particles of the edges that are chords of a collider.
+    pub chords: Vec<u32>,
 }

@@ -1,15 +1,14 @@
-//! An edge of a surface that crosses a triangle of the same surface, and the regions into which such
-//! edges divide it.
+//! An edge that crosses a triangle, and the regions into which such edges divide a surface.
 
-use super::{bounds::Bounds, crossings::around};
+use super::{bounds::Bounds, intersect::around};
 use crate::topology::{surface::Surface, union::root};
 use glam::DVec3;
 
-/// An edge that crosses a triangle of the same surface.
+/// An edge that crosses a triangle of the same surface, or of a closed collider.
 #[derive(Debug, Clone)]
-pub(super) struct SelfCrossing {
-    /// Index of the member.
-    pub member: u32,
+pub(super) struct Crossing {
+    /// Indices of the members of the edge and of the triangle.
+    pub members: [u32; 2],
     /// Surface vertices of the edge and of the triangle.
     pub edge: [u32; 2],
     pub triangle: [u32; 3],
@@ -88,10 +87,10 @@ impl Regions {
     }
 }
 
-impl SelfCrossing {
-    pub fn new(member: u32, edge: [u32; 2], triangle: [u32; 3]) -> Self {
+impl Crossing {
+    pub fn new(members: [u32; 2], edge: [u32; 2], triangle: [u32; 3]) -> Self {
         Self {
-            member,
+            members,
             edge,
             triangle,
             weights: [0.0; 5],
