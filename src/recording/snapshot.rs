@@ -82,7 +82,7 @@ pub struct Snapshot {
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
 /// Other versions are not read. Version 19 has rest values that flow in the order of patterns.
-const VERSION: u32 = 19;
+const VERSION: u32 = 20;
 const HEAD: usize = 28;
 
 impl Snapshot {

@@ -4,6 +4,7 @@ use super::{
     Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, PartBounds, Region,
     ScalpSpec, Scene, SceneError, ShapeSpec, asset,
     collider_notes::collider_notes,
+    overlap_note::overlap_note,
     select::{add_groups, check_group, select},
     stitches::{join, stitches},
     substeps::{choose, is_automatic},
@@ -113,6 +114,7 @@ impl Scene {
         self.acceptance.check_names(&built.world)?;
         self.check_answers(&built.world)?;
         built.notes.extend(collider_notes(&built.world));
+        built.notes.extend(overlap_note(&built.world));
         Ok(built)
     }
 
@@ -530,6 +532,7 @@ fn body(
         body.particles.set_position(i, turned);
     }
     body.added_mass.clone_from(&spec.added_mass);
+    body.sleep = spec.sleep;
     if let Some(&(vertex, _)) = spec
         .added_mass
         .iter()

@@ -113,6 +113,9 @@ pub struct BodySpec {
     /// Effects.
     #[serde(default)]
     pub effects: SceneEffects,
+    /// When it sleeps; by default as the scene says.
+    #[serde(default)]
+    pub sleep: Option<SleepSettings>,
     /// Named groups of vertices, at most 32, selected at the position of the body before its cuts and
     /// `start`; copies have the same ones. An entry may name a group before it.
     #[serde(default, with = "groups")]

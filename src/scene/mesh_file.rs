@@ -179,6 +179,7 @@ impl Scene {
             rotation: Vec3::ZERO,
             velocity: Vec3::ZERO,
             spin: Vec3::ZERO,
+            sleep: None,
             effects: SceneEffects {
                 ground: Some(Ground::default()),
                 ..effects

@@ -1,8 +1,8 @@
 //! Bodies that appear and disappear between ticks: copies from emitters of bodies, and bodies in a sink.
 
 use super::{
-    AddedMass, Asleep, BodyContacts, BodyDensity, BodySkin, EnergyLedger, RestTimer, SceneEntity,
-    SoftBody, SpawnOrder,
+    AddedMass, Asleep, BodyContacts, BodyDensity, BodySkin, BodySleep, EnergyLedger, RestTimer,
+    SceneEntity, SoftBody, SpawnOrder,
     carried::{Carried, CarriedItem},
     plain,
     step::UnderWay,
@@ -147,6 +147,7 @@ fn spawn(world: &mut World, (number, source): (u32, Entity), births: &[Birth]) -
         added_mass: given.get::<AddedMass>().map_or(&[], |it| &it.0),
         stitches: given.get::<Stitches>().unwrap_or(&none),
         effects: plain::effects(given),
+        sleep: given.get::<BodySleep>().map(|it| it.0),
     };
     let flow = particles.emission.copies;
     let copies: Vec<_> = template.copies(number, &flow, births).collect();

@@ -51,7 +51,7 @@ pub use schedule::{
     StepSchedule, StepSystems, SubstepSchedule,
 };
 pub use statistics::{Measuring, RecordContacts, Statistics, state_hash};
-pub use step::{CurrentSubstep, EndedEarly, Sleep, SolverThreads, end_tick, tick};
+pub use step::{BodySleep, CurrentSubstep, EndedEarly, Sleep, SolverThreads, end_tick, tick};
 pub use surface::{ContactSurface, SurfaceContact, SurfaceContactEnded, SurfaceContactStarted};
 pub use tear::BodyTorn;
 pub use touch::{BodyPair, ContactEnded, ContactStarted};
@@ -184,7 +184,14 @@ impl Plugin for SimulationPlugin {
                     begin::update_masses,
                     begin::check_input,
                     begin::check_colliders,
-                    wake_changed::<Or<(Changed<BodyDensity>, Changed<AddedMass>, Changed<Pins>)>>,
+                    wake_changed::<
+                        Or<(
+                            Changed<BodyDensity>,
+                            Changed<AddedMass>,
+                            Changed<Pins>,
+                            Changed<BodySleep>,
+                        )>,
+                    >,
                     begin::wake_all,
                     begin::wake_touched,
                     begin::forget_restored,

@@ -11,7 +11,7 @@ use super::{
     body::NextPlace,
     carried,
     plain::{bodies_in_order, colliders_in_order},
-    step::Sleep,
+    step::{BodySleep, Sleep},
 };
 use crate::{
     effect::{EffectRegistry, OwnEffect, OwnEffects},
@@ -58,6 +58,7 @@ struct BodyMoment {
     /// Positions at the start of the last tick.
     start: Vec<Vec4>,
     rest: solver::rest::RestTimer,
+    sleep: Option<BodySleep>,
     asleep: bool,
     quarantine: Option<Quarantine>,
 }
@@ -215,6 +216,7 @@ impl BodyMoment {
             particles: entity.get::<Particles>()?.clone(),
             start: entity.get::<TickStart>()?.positions.clone(),
             rest: entity.get::<RestTimer>()?.0,
+            sleep: entity.get().copied(),
             asleep: entity.contains::<Asleep>(),
             quarantine: entity.get::<Quarantined>().map(|it| it.0.clone()),
         }))
@@ -242,6 +244,7 @@ impl BodyMoment {
                 .get()
                 .is_some_and(|it: &AddedMass| it.0 == self.added_mass)
             && entity.get().is_some_and(|it: &RestTimer| it.0 == self.rest)
+            && entity.get() == self.sleep.as_ref()
             && entity.get::<Stitches>().cloned().unwrap_or_default() == self.stitches
             && carried::effects(entity) == self.effects
             && entity.contains::<Asleep>() == self.asleep
@@ -305,6 +308,7 @@ impl BodyMoment {
         set(&mut entity, skin.map(|skin| BodySkin(Arc::clone(skin))));
         let stitches = (!self.stitches.is_empty()).then(|| self.stitches.clone());
         set(&mut entity, stitches);
+        set(&mut entity, self.sleep);
         set(&mut entity, self.asleep.then_some(Asleep));
         set(&mut entity, self.quarantine.clone().map(Quarantined));
         entity.id()

@@ -6,9 +6,9 @@
 pub use super::carried::{CARRIED, effects};
 
 use super::{
-    AddedMass, Asleep, BodyDensity, JustRestored, Pins, Quarantined, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, SolverThreads, SpawnOrder, SpawnOrders, TickStart,
-    body::NextPlace, carried::insert_effects, step::Sleep,
+    AddedMass, Asleep, BodyDensity, BodySleep, JustRestored, Pins, Quarantined, RestTimer,
+    SimulationClock, SimulationSettings, SoftBody, SolverThreads, SpawnOrder, SpawnOrders,
+    TickStart, body::NextPlace, carried::insert_effects, step::Sleep,
 };
 use crate::solver::{self, Body, Collider, EffectStates, Particles, Stitches};
 use bevy::prelude::*;
@@ -27,6 +27,7 @@ pub fn body(entity: EntityRef) -> Option<Body> {
         effects: effects(entity),
         stitches: entity.get::<Stitches>().cloned().unwrap_or_default(),
         rest: entity.get::<RestTimer>()?.0,
+        sleep: entity.get::<BodySleep>().map(|it| it.0),
         asleep: entity.contains::<Asleep>(),
         quarantine: entity.get::<Quarantined>().map(|q| q.0.clone()),
         tick_start: entity.get::<TickStart>()?.0.clone(),
@@ -180,6 +181,7 @@ pub fn spawn_body(world: &mut World, body: &Body) -> Entity {
         &mut entity,
         (!body.stitches.is_empty()).then(|| body.stitches.clone()),
     );
+    insert(&mut entity, body.sleep.map(BodySleep));
     insert(&mut entity, body.asleep.then_some(Asleep));
     insert(&mut entity, body.quarantine.clone().map(Quarantined));
     entity.id()

@@ -478,7 +478,13 @@ pub(super) fn fall_asleep(
         &mut Particles,
         &mut TickStart,
         &mut RestTimer,
-        (&SoftBody, &EffectStates, Has<Grabs>, Carried),
+        (
+            &SoftBody,
+            &EffectStates,
+            Has<Grabs>,
+            Carried,
+            Option<&BodySleep>,
+        ),
         Has<Asleep>,
         Has<Quarantined>,
     )>,
@@ -493,7 +499,8 @@ pub(super) fn fall_asleep(
     group.clear();
     for (entity, particles, start, mut timer, causes, is_asleep, is_quarantined) in &mut bodies {
         let ways = (&start.positions[..], &particles.positions[..]);
-        let (body, states, is_grabbed, carried) = causes;
+        let (body, states, is_grabbed, carried, own) = causes;
+        let settings = own.map_or(&sleep.0, |own| &own.0);
         let emits = carried
             .emitter
             .is_some_and(|it| it.is_active(particles.len()));
@@ -512,7 +519,7 @@ pub(super) fn fall_asleep(
         } else if carried.grab.is_some() || is_grabbed || emits || turns {
             timer.0.reset();
             Wakefulness::Awake
-        } else if timer.0.observe(ways, (seconds, gravity), limit, &sleep.0) {
+        } else if timer.0.observe(ways, (seconds, gravity), limit, settings) {
             Wakefulness::Still
         } else {
             Wakefulness::Awake
@@ -559,3 +566,21 @@ impl Default for SolverThreads {
 /// Conditions for falling asleep.
 #[derive(Resource, Debug, Clone, Copy, Default, Deref, DerefMut)]
 pub struct Sleep(pub SleepSettings);
+
+/// When a body falls asleep, where it differs from [`Sleep`].
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::{simulation::BodySleep, solver::rest::SleepSettings};
+///
+/// fn keep_awake(mut commands: Commands, body: Single<Entity, With<pliant::simulation::SoftBody>>) {
+///     let never = SleepSettings {
+///         enabled: false,
+///         ..SleepSettings::default()
+///     };
+///     commands.entity(*body).insert(BodySleep(never));
+/// }
+/// # bevy::ecs::system::assert_is_system(keep_awake);
+/// ```
+#[derive(Component, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]
+pub struct BodySleep(pub SleepSettings);

@@ -7,10 +7,14 @@ use crate::{
 use bevy::{ecs::entity_disabling::Disabled, prelude::*};
 use pliant::{
     effect::{Contact, Ground, PinTargets, Stretch},
-    simulation::{Action, Actions, Asleep, BodyDensity, Pins, SimulationSettings, state_hash},
+    recording::{About, Snapshot},
+    scene::Scene,
+    simulation::{
+        Action, Actions, Asleep, BodyDensity, BodySleep, Pins, SimulationSettings, state_hash,
+    },
     solver::{
         self, Collide, Collider, ColliderShape, Compliance, Density, Height, ParticleIndex,
-        Particles, Path, Pose, SurfacePoint, VertexIndex, measure,
+        Particles, Path, Pose, SurfacePoint, VertexIndex, measure, rest::SleepSettings,
     },
 };
 
@@ -83,6 +87,48 @@ fn sleep_can_be_switched_off_and_until_it_comes_it_costs_no_bit() {
     assert!(asleep(&app, bodies[0]));
     support::run(&mut never, 5.0);
     assert!(!never.bodies[0].asleep);
+}
+
+/// A scene says of a body when it sleeps, and an app can.
+#[test]
+fn a_body_sleeps_by_a_rule_of_its_own() {
+    let body = |x: u32, sleep: &str| {
+        format!(
+            "(name: \"{x}\", primitive: Box(size: (0.2, 0.2, 0.2), cells: (1, 1, 1)), \
+             position: ({x}, 0.1, 0), effects: (stretch: (), volume: (), ground: ()), {sleep}),"
+        )
+    };
+    let rules = ["sleep: (enabled: false)", "sleep: (after: 0.1)", ""];
+    let bodies = (0..).zip(rules).map(|(x, rule)| body(x, rule));
+    let text = format!(
+        "Scene(title: \"\", look_at: \"\", bodies: [{}], acceptance: (seconds: 1, checks: []))",
+        bodies.collect::<String>()
+    );
+    let scene: Scene = text.parse().expect("sound");
+    let mut world = scene.build().expect("sound").world;
+    let (mut app, bodies, _) = app_of(&world);
+    for (count, expected) in [(20, [false, true, false]), (40, [false, true, true])] {
+        (0..count).for_each(|_| world.tick());
+        ticks(&mut app, count);
+        assert_eq!([0, 1, 2].map(|i| world.bodies[i].asleep), expected);
+        assert_eq!([0, 1, 2].map(|i| asleep(&app, bodies[i])), expected);
+    }
+    let taken = Snapshot::take(app.world_mut(), About::default()).expect("between ticks");
+    let read = Snapshot::from_bytes(&taken.to_bytes()).expect("what was written");
+    let rules = |world: &solver::World| [0, 1, 2].map(|i| world.bodies[i].sleep);
+    assert_eq!(rules(&read.built.world), rules(&world));
+
+    let never = BodySleep(SleepSettings {
+        enabled: false,
+        ..SleepSettings::default()
+    });
+    app.world_mut().entity_mut(bodies[2]).insert(never);
+    ticks(&mut app, 60);
+    assert!(!asleep(&app, bodies[2]), "it wakes and stays awake");
+
+    let wrong = text.replace("after: 0.1", "after: -1");
+    let error = wrong.parse::<Scene>().expect_err("a negative time");
+    assert!(error.to_string().contains("at least 0"), "{error}");
 }
 
 /// A body at exact rest is skipped while it sleeps, and would not move by a bit otherwise.

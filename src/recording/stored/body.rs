@@ -6,7 +6,10 @@ use crate::{
     scene::Look,
     solver::{
         Body, Density, Effects, Mass, Particles, Quarantine, Stitch, Stitches, Topology,
-        VertexIndex, advance::Stage, rest::RestTimer, topology::RestValues,
+        VertexIndex,
+        advance::Stage,
+        rest::{RestTimer, SleepSettings},
+        topology::RestValues,
     },
 };
 use glam::Vec4;
@@ -32,6 +35,7 @@ pub struct StoredBody {
     particles: Particles,
     tick_start: Vec<Vec4>,
     rest: RestTimer,
+    sleep: Option<SleepSettings>,
     asleep: bool,
     quarantine: Option<(VertexIndex, String)>,
 }
@@ -53,6 +57,7 @@ impl StoredBody {
             // Recomputed in each substep.
             direct: _,
             rest,
+            sleep,
             asleep,
             quarantine,
             tick_start,
@@ -71,6 +76,7 @@ impl StoredBody {
             particles: particles.clone(),
             tick_start: tick_start.positions.clone(),
             rest: *rest,
+            sleep: *sleep,
             asleep: *asleep,
             quarantine: quarantine
                 .as_ref()
@@ -162,6 +168,7 @@ impl StoredBody {
             pins: self.pins,
             effects: self.effects,
             rest: self.rest,
+            sleep: self.sleep,
             asleep: self.asleep,
             quarantine,
             tick_start,

@@ -96,6 +96,7 @@ impl Definition {
                     && one.look.color == first.look.color
                     && one.body.density == first.body.density
                     && one.body.added_mass == first.body.added_mass
+                    && one.body.sleep == first.body.sleep
                     && without_grab(&one.body.effects) == without_grab(&first.body.effects)
                     && one.own == first.own
                     && one.body.stitches.all().len() == first.body.stitches.all().len()
@@ -124,6 +125,7 @@ impl Definition {
         }
         spec.effects.own = one.own.to_vec();
         spec.added_mass.clone_from(&body.added_mass);
+        spec.sleep = body.sleep;
         if !same_pins(body, &built.body) {
             spec.pins = pins(body);
         }
@@ -222,6 +224,7 @@ impl Definition {
             velocity: mean_velocity(begun),
             spin: Vec3::ZERO,
             effects: SceneEffects::default(),
+            sleep: body.sleep,
             groups: groups(topology),
             pins: pins(body),
             stitches: Vec::new(),

@@ -58,6 +58,8 @@ impl World {
                 added_mass: &source.masses.added,
                 stitches: source.stitches(),
                 effects: source.effects,
+                // Here no body sleeps.
+                sleep: None,
             };
             let flow = source.emission.copies;
             let copies = template.copies(number as u32, &flow, &births);

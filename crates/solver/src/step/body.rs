@@ -5,7 +5,7 @@ use crate::{
     VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     direct::DirectWorkspace,
-    rest::{Calm, RestTimer},
+    rest::{Calm, RestTimer, SleepSettings},
     step::{
         masses::{Masses, set_inverse_masses},
         renew::Attached,
@@ -88,6 +88,8 @@ pub struct Body {
     pub direct: DirectWorkspace,
     /// Duration of rest.
     pub rest: RestTimer,
+    /// When it sleeps; by default as the [world](crate::World::sleep) says.
+    pub sleep: Option<SleepSettings>,
     /// Whether the body sleeps.
     pub asleep: bool,
     /// Set when the body diverged.
@@ -114,6 +116,7 @@ impl Body {
             stitches: Stitches::default(),
             direct: DirectWorkspace::default(),
             rest: RestTimer::default(),
+            sleep: None,
             asleep: false,
             quarantine: None,
         };
@@ -275,14 +278,9 @@ impl Body {
         renewed
     }
 
-    /// Ends a tick of `seconds` under gravity [m/s²]; returns whether the body has been at rest for
-    /// long enough to sleep.
-    pub fn end_tick(
-        &mut self,
-        seconds: f64,
-        gravity: Vec3,
-        settings: &crate::rest::SleepSettings,
-    ) -> bool {
+    /// Ends a tick of `seconds` under gravity [m/s²], in a world with these settings; returns whether the
+    /// body has been at rest for long enough to sleep.
+    pub fn end_tick(&mut self, seconds: f64, gravity: Vec3, settings: &SleepSettings) -> bool {
         if let Some(grab) = &mut self.effects.grab {
             self.rest.reset();
             grab.end_tick(None, seconds as f32);
@@ -306,6 +304,7 @@ impl Body {
         };
         let pace = (seconds as f32, gravity.length());
         let limit = || calm.speed(positions.1);
+        let settings = self.sleep.as_ref().unwrap_or(settings);
         self.rest.observe(positions, pace, limit, settings)
     }
 

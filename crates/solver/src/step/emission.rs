@@ -8,6 +8,7 @@ use crate::{
     Body, Capacity, Density, Effects, Emission, Emitter, Finite, Flow, Mass, Particles, Settings,
     StitchEnd, Stitches, Topology, VertexIndex,
     effects::emitter::Origin,
+    rest::SleepSettings,
     topology::{Birth, Dimension},
 };
 use glam::DVec3;
@@ -231,6 +232,8 @@ pub struct Template<'a> {
     pub stitches: &'a Stitches,
     /// Its effects.
     pub effects: Effects,
+    /// When it sleeps.
+    pub sleep: Option<SleepSettings>,
 }
 
 impl Template<'_> {
@@ -252,6 +255,7 @@ impl Template<'_> {
                 grab: None,
                 ..self.effects
             };
+            body.sleep = self.sleep;
             body.stitches = self.stitches.clone();
             body.stitches.retain_mut(|stitch| {
                 stitch.broken = false;
