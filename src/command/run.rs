@@ -134,7 +134,7 @@ impl RunScene {
         }
         let bar = progress_bar();
         let interrupt = Interrupt::watch();
-        let done = run_in(&mut app, &options, |fraction| {
+        let done = run_in(&mut app, &options, |fraction, _| {
             bar.set_position((fraction * 1000.0) as u64);
             interrupt.flow()
         });

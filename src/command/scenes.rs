@@ -92,7 +92,7 @@ fn pictures(folder: &Path, only: &[String]) -> anyhow::Result<ExitCode> {
         };
         let mut app = headless(&built);
         prepare(&mut app, &options)?;
-        run_in(&mut app, &options, |_| ControlFlow::Continue(()));
+        run_in(&mut app, &options, |_, _| ControlFlow::Continue(()));
         let built = now(&mut app, &built)?;
         let path = folder.join(builtin.name).with_extension("png");
         picture::thumbnail(&built, built.camera, &path)?;

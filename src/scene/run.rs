@@ -156,7 +156,7 @@ pub fn run(
 ) -> Result<Run, OverrideError> {
     let mut app = headless(built);
     prepare(&mut app, options)?;
-    Ok(run_in(&mut app, options, |fraction| {
+    Ok(run_in(&mut app, options, |fraction, _| {
         progress(fraction);
         ControlFlow::Continue(())
     }))
@@ -180,11 +180,12 @@ pub fn prepare(app: &mut App, options: &RunOptions) -> Result<(), OverrideError>
     Ok(())
 }
 
-/// Runs the scene in a prepared app, as [`run`] does. `progress` can end it early.
+/// Runs the scene in a prepared app, as [`run`] does. `progress` is called after each tick, with the
+/// fraction that is done and the world of the app, and can end it early.
 pub fn run_in(
     app: &mut App,
     options: &RunOptions,
-    mut progress: impl FnMut(f64) -> ControlFlow<()>,
+    mut progress: impl FnMut(f64, &mut World) -> ControlFlow<()>,
 ) -> Run {
     let world = app.world_mut();
     let settings = **world.resource::<SimulationSettings>();
@@ -211,7 +212,7 @@ pub fn run_in(
         });
         history.push(world.resource::<Statistics>().clone());
         touched.add(world);
-        if progress(done as f64 / ticks as f64).is_break() && done < ticks {
+        if progress(done as f64 / ticks as f64, world).is_break() && done < ticks {
             stopped = true;
             break;
         }
