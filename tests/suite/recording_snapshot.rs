@@ -373,9 +373,9 @@ fn a_snapshot_that_was_cut_or_damaged_anywhere_is_refused() {
         assert!(Snapshot::from_bytes(&damaged).is_err(), "byte {place}");
     }
     let mut later = bytes.clone();
-    later[8] = 20;
+    later[8] += 1;
     let said = Snapshot::from_bytes(&later).expect_err("later").to_string();
-    assert!(said.contains("version 19"), "{said}");
+    assert!(said.contains(&format!("version {}", bytes[8])), "{said}");
 }
 
 proptest! {

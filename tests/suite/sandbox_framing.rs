@@ -1,6 +1,7 @@
 //! Framing: each built-in scene opens with all of its bodies in the free area of the window, at any
 //! size and with the panel anywhere, and shows them later or marks where they are.
 
+use crate::scene_runs::{LONG, in_every_scene};
 use bevy::math::{Mat4, Rect, Vec2, Vec3, Vec4};
 use pliant::{
     sandbox::{
@@ -14,13 +15,6 @@ use pliant::{
     },
     scene::{BuiltScene, Scene, registry::SCENES},
     solver::Body,
-};
-use std::{
-    sync::{
-        Mutex,
-        atomic::{AtomicUsize, Ordering},
-    },
-    thread,
 };
 
 /// Sizes of the window [px].
@@ -134,26 +128,14 @@ fn every_scene_fills_the_free_area_in_one_direction() {
     }
 }
 
-/// Runs every scene for as long as one looks at it. What has left the view has a mark, and most
-/// bodies have not.
+/// Runs every scene for as long as one looks at it, a long one for less. What has left the view has a
+/// mark, and most bodies have not.
 #[test]
 fn after_eight_seconds_every_scene_shows_its_bodies_and_marks_those_that_left() {
-    const SECONDS: f64 = 8.0;
-    let next = AtomicUsize::new(0);
-    let found = Mutex::new(Vec::new());
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                while let Some(builtin) = SCENES.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let problems = watch(builtin.name, SECONDS);
-                    found.lock().expect("no other has failed").extend(problems);
-                }
-            });
-        }
+    in_every_scene(|(_, name), _| {
+        let seconds = if LONG.contains(&name) { 2.0 } else { 8.0 };
+        watch(name, seconds)
     });
-    let found = found.into_inner().expect("none has failed");
-    assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
 
 fn watch(name: &str, seconds: f64) -> Vec<String> {

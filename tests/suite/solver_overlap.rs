@@ -155,6 +155,46 @@ fn what_is_put_into_a_mesh_collider_leaves_it_at_the_recovery_speed() {
     }
 }
 
+/// A collider of each shape grows over a body, by 15 cm at once.
+#[test]
+fn what_a_collider_grows_over_leaves_it_slowly() {
+    let shapes = [
+        ["Sphere(radius: 0.1)", "Sphere(radius: 0.25)"],
+        ["Box(size: (0.4, 0.2, 0.4))", "Box(size: (0.4, 0.5, 0.4))"],
+        [
+            "Capsule(radius: 0.1, length: 0.05)",
+            "Capsule(radius: 0.2, length: 0.1)",
+        ],
+        [
+            "Surface(Box(size: (0.4, 0.2, 0.4), cells: (2, 2, 2)))",
+            "Surface(Box(size: (0.4, 0.5, 0.4), cells: (2, 2, 2)))",
+        ],
+    ];
+    for [small, large] in shapes {
+        let [mut world, grown] = [small, large].map(|shape| {
+            weightless(
+                "(name: \"it\", primitive: Cloth(size: (0.06, 0.06), cells: (6, 6)), density: 1, \
+                 position: (0, 0.2, 0), effects: (stretch: (compliance: 1e-5, damping: 0.01), collide: ()))",
+                &format!("(shape: {shape})"),
+                10,
+            )
+        });
+        run(&mut world, 0.1);
+        assert_eq!(world.overlaps(), [], "{small}");
+        world.colliders = grown.colliders;
+        assert_eq!(world.overlaps(), [(0, Overlapped::Collider(0))], "{large}");
+        let mut most = 0.0_f32;
+        for _ in 0..120 {
+            world.tick();
+            most = most.max(fastest(&world));
+        }
+        assert_eq!(world.overlaps(), [], "{large}");
+        let height = measure::center_of_mass(&world.bodies[0].particles).y;
+        assert!(height > 0.249, "{height} m in {large}");
+        assert!(most < 1.25 * RECOVERY, "{most} m/s out of {large}");
+    }
+}
+
 /// Sheets and solids at one place, in three directions: they part along their normals in the order of
 /// bodies.
 #[test]
