@@ -17,6 +17,7 @@ const SAMPLES: usize = 32;
 const SLOPES: [f64; 2] = [0.013_757, 0.029_113];
 
 /// The triangles of a closed surface [m], with their boxes and the box around all.
+#[derive(Debug)]
 pub(super) struct ClosedMesh {
     triangles: Vec<[DVec3; 3]>,
     boxes: Vec<Bounds>,
@@ -60,14 +61,19 @@ impl ClosedMesh {
     /// wholly within if none of them crosses; particles in ascending order.
     pub fn parts_within(&self, topology: &Topology, at: impl Fn(u32) -> DVec3) -> Vec<Vec<u32>> {
         let components = topology.components();
-        let is_within = |part: &[u32]| self.encloses(at(part[0])) > 0;
-        let mut is_alone = vec![true; topology.particles()];
-        for &i in components.members() {
-            is_alone[i as usize] = false;
+        let is_within = |part: &&[u32]| self.encloses(at(part[0])) > 0;
+        let parts = components.parts().filter(is_within);
+        let mut found: Vec<Vec<u32>> = parts.map(<[u32]>::to_vec).collect();
+        if components.members().len() < topology.particles() {
+            let mut is_alone = vec![true; topology.particles()];
+            for &i in components.members() {
+                is_alone[i as usize] = false;
+            }
+            let alone = (0..).zip(is_alone).filter(|it| it.1).map(|(i, _)| [i]);
+            let within = alone.filter(|part| is_within(&&part[..]));
+            found.extend(within.map(|part| part.to_vec()));
         }
-        let alone = (0..).zip(is_alone).filter(|it| it.1).map(|(i, _)| vec![i]);
-        let parts = components.parts().map(<[u32]>::to_vec).chain(alone);
-        parts.filter(|part| is_within(part)).collect()
+        found
     }
 
     /// Direction in which a part of a body leaves, a unit vector: the mean of the normals where its

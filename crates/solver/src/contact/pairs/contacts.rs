@@ -2,6 +2,7 @@
 
 use super::{
     bounds::Ball,
+    closed_mesh::ClosedMesh,
     common::CommonMotion,
     crossing::Crossing,
     detect::{Batch, Candidate, NearPart, PiecePair, Scratch},
@@ -98,6 +99,10 @@ pub struct Contacts {
     pub(super) search: CrossingSearch,
     /// Per member: whether it may have crossed another surface since the last check.
     pub(super) may_cross: Vec<bool>,
+    /// Per member: whether it is a collider that was put elsewhere since.
+    pub(super) jumped: Vec<bool>,
+    /// Per member: its triangles, if it is a closed collider and they were needed.
+    pub(super) closed: Vec<Option<ClosedMesh>>,
     /// Index of each vertex among the active ones.
     pub(super) places: Vec<u32>,
     /// Pairs of bodies in contact at the start of the last substep.
@@ -664,6 +669,10 @@ impl Contacts {
         self.places.resize(first, NO_INDEX);
         self.may_cross.clear();
         self.may_cross.resize(self.members.len(), true);
+        self.jumped.clear();
+        self.jumped.resize(self.members.len(), true);
+        self.closed.clear();
+        self.closed.resize_with(self.members.len(), || None);
         self.cut_into_pieces();
     }
 
@@ -718,7 +727,8 @@ impl Contacts {
     fn predict(&mut self, bodies: &[impl Tangible], colliders: &[SweptCollider], step: &Substep) {
         let h = f64::from(step.h);
         let fall = step.gravity.as_dvec3() * (h * h);
-        for (member, may_cross) in self.members.iter_mut().zip(&mut self.may_cross) {
+        let flags = self.may_cross.iter_mut().zip(&mut self.jumped);
+        for (member, (may_cross, jumped)) in self.members.iter_mut().zip(flags) {
             if !member.is_stepped && self.is_valid {
                 continue;
             }
@@ -731,10 +741,11 @@ impl Contacts {
                     for (rest, v) in member.surface.rest.iter().zip(member.vertices()) {
                         let rest = rest.as_dvec3();
                         let start = from.apply(rest);
-                        *may_cross |= start.distance_squared(self.ends[v]) > limit * limit;
+                        *jumped |= start.distance_squared(self.ends[v]) > limit * limit;
                         (self.starts[v], self.ends[v]) = (start, to.apply(rest));
                         self.inverse_masses[v] = 0.0;
                     }
+                    *may_cross |= *jumped;
                     continue;
                 }
             };

@@ -84,6 +84,7 @@ impl Contacts {
         self.crossings.append(of_itself);
         self.search = search;
         self.may_cross.fill(false);
+        self.jumped.fill(false);
     }
 
     /// Adds the crossings of two pieces, or within one. Surfaces that cross have distance 0, so that

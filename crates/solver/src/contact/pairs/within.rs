@@ -22,19 +22,23 @@ impl Contacts {
         crossed: &BTreeMap<[u32; 2], Crossed>,
     ) {
         let mut found = Vec::new();
+        let mut meshes = std::mem::take(&mut self.closed);
         for (b, collider) in (0..).zip(&self.members) {
             if !matches!(collider.owner, Owner::Collider(_)) || !collider.surface.is_closed() {
                 continue;
             }
-            let mut mesh = None;
+            let known = &mut meshes[b as usize];
+            if collider.is_stepped {
+                *known = None;
+            }
             for (a, member) in (0..b).zip(&self.members) {
-                let may_cross = [a, b].iter().any(|&it| self.may_cross[it as usize]);
+                let may_be_within = self.may_cross[a as usize] || self.jumped[b as usize];
                 if let Owner::Body(body) = member.owner
-                    && may_cross
+                    && may_be_within
                     && member.between(collider).is_some()
                     && !crossed.contains_key(&[a, b])
                 {
-                    let mesh = mesh.get_or_insert_with(|| self.mesh(collider));
+                    let mesh = known.get_or_insert_with(|| self.mesh(collider));
                     let at = |i: u32| bodies[body].start(i as usize);
                     let parts = mesh.parts_within(bodies[body].topology(), at);
                     found.extend(parts.into_iter().map(|part| Tangle {
@@ -46,6 +50,7 @@ impl Contacts {
                 }
             }
         }
+        self.closed = meshes;
         self.tangles.extend(found);
     }
 
