@@ -30,8 +30,8 @@ pub fn in_every_scene(find: impl Fn((usize, &str), &Scene) -> Vec<String> + Sync
 ///
 /// - Its acceptance holds.
 /// - Bevy's schedules and the plain loop are one method: positions and velocities of all bodies are
-///   bit-identical, and the same bodies sleep, at the end; of a long one after the first second. So a run depends neither on time, nor on addresses, nor on
-///   the order of a hash map.
+///   bit-identical, and the same bodies sleep, at the end; of a long one after the first second. So a
+///   run depends neither on time, nor on addresses, nor on the order of a hash map.
 /// - The energy ledger, which the run with Bevy keeps, changes no bit, and its rows add up.
 #[test]
 fn every_scene_is_accepted_and_the_same_to_the_bit_with_bevy_and_without() {

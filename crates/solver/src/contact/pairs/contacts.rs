@@ -99,9 +99,9 @@ pub struct Contacts {
     pub(super) search: CrossingSearch,
     /// Per member: whether it may have crossed another surface since the last check.
     pub(super) may_cross: Vec<bool>,
-    /// Per member: whether it is a collider that was put elsewhere since.
-    pub(super) jumped: Vec<bool>,
-    /// Per member: its triangles, if it is a closed collider and they were needed.
+    /// Per member: whether it is a collider that was teleported since.
+    pub(super) teleported: Vec<bool>,
+    /// Per member: triangles of a closed collider, once they were needed.
     pub(super) closed: Vec<Option<ClosedMesh>>,
     /// Index of each vertex among the active ones.
     pub(super) places: Vec<u32>,
@@ -125,9 +125,9 @@ const RIGID_PASSES: usize = 8;
 /// was moved externally.
 const MOVED: f32 = 0.01;
 
-/// A collider that deviates by more than this fraction of an edge from where its last motion ended was
-/// put elsewhere.
-const JUMPED: f32 = 1e-3;
+/// A collider that deviates by more than this fraction of its mean edge from the end of its last motion
+/// was teleported.
+const TELEPORTED: f32 = 1e-3;
 
 /// Number of kinds of contact.
 const KINDS: usize = 3;
@@ -623,7 +623,7 @@ impl Contacts {
                     && member.number == new.number
                     && (member.rigid != NO_INDEX) == new.is_rigid
                     && member.is_stepped == new.is_stepped
-                    // One that does not move by itself may have been put elsewhere.
+                    // One that does not move by itself may have been teleported.
                     && (new.is_stepped || member.pose == new.pose)
                     && member.params == new.params
                     && new.stitches.is_none_or(|it| member.stitched.is_current(it))
@@ -669,8 +669,8 @@ impl Contacts {
         self.places.resize(first, NO_INDEX);
         self.may_cross.clear();
         self.may_cross.resize(self.members.len(), true);
-        self.jumped.clear();
-        self.jumped.resize(self.members.len(), true);
+        self.teleported.clear();
+        self.teleported.resize(self.members.len(), true);
         self.closed.clear();
         self.closed.resize_with(self.members.len(), || None);
         self.cut_into_pieces();
@@ -727,8 +727,8 @@ impl Contacts {
     fn predict(&mut self, bodies: &[impl Tangible], colliders: &[SweptCollider], step: &Substep) {
         let h = f64::from(step.h);
         let fall = step.gravity.as_dvec3() * (h * h);
-        let flags = self.may_cross.iter_mut().zip(&mut self.jumped);
-        for (member, (may_cross, jumped)) in self.members.iter_mut().zip(flags) {
+        let flags = self.may_cross.iter_mut().zip(&mut self.teleported);
+        for (member, (may_cross, teleported)) in self.members.iter_mut().zip(flags) {
             if !member.is_stepped && self.is_valid {
                 continue;
             }
@@ -737,15 +737,15 @@ impl Contacts {
                 Owner::Collider(collider) => {
                     let SweptCollider { from, to, .. } = &colliders[collider];
                     member.motion = to.affine() * from.affine().inverse();
-                    let limit = f64::from(JUMPED * member.surface.mean_edge);
+                    let limit = f64::from(TELEPORTED * member.surface.mean_edge);
                     for (rest, v) in member.surface.rest.iter().zip(member.vertices()) {
                         let rest = rest.as_dvec3();
                         let start = from.apply(rest);
-                        *jumped |= start.distance_squared(self.ends[v]) > limit * limit;
+                        *teleported |= start.distance_squared(self.ends[v]) > limit * limit;
                         (self.starts[v], self.ends[v]) = (start, to.apply(rest));
                         self.inverse_masses[v] = 0.0;
                     }
-                    *may_cross |= *jumped;
+                    *may_cross |= *teleported;
                     continue;
                 }
             };

@@ -29,7 +29,6 @@ use super::{
 };
 use crate::Topology;
 use glam::DVec3;
-use std::ops::Range;
 
 /// Bodies whose centers are nearer than this fraction of an edge are at the same place.
 const SAME_PLACE: f64 = 1e-3;
@@ -84,7 +83,7 @@ impl Contacts {
         self.crossings.append(of_itself);
         self.search = search;
         self.may_cross.fill(false);
-        self.jumped.fill(false);
+        self.teleported.fill(false);
     }
 
     /// Adds the crossings of two pieces, or within one. Surfaces that cross have distance 0, so that
@@ -258,7 +257,7 @@ impl Contacts {
         }
         // A collider can be far larger than a body: what counts is where it is crossed.
         let [a, b] = both.map(|member| match member.owner {
-            Owner::Body(_) => self.mean(member.vertices()),
+            Owner::Body(_) => self.mean(member),
             Owner::Collider(_) => crossed.bounds.center().as_dvec3(),
         });
         let apart = a - b;
@@ -277,9 +276,9 @@ impl Contacts {
         sum.try_normalize().unwrap_or(DVec3::Y)
     }
 
-    /// Mean position of surface vertices at the start of the substep [m].
-    pub(super) fn mean(&self, vertices: Range<usize>) -> DVec3 {
-        let x = &self.starts[vertices];
+    /// Mean position of the surface vertices of a member at the start of the substep [m].
+    fn mean(&self, member: &Member) -> DVec3 {
+        let x = &self.starts[member.vertices()];
         x.iter().sum::<DVec3>() / x.len() as f64
     }
 

@@ -24,7 +24,7 @@ impl Contacts {
         let mut found = Vec::new();
         let mut meshes = std::mem::take(&mut self.closed);
         for (b, collider) in (0..).zip(&self.members) {
-            if !matches!(collider.owner, Owner::Collider(_)) || !collider.surface.is_closed() {
+            if !collider.is_collider() || !collider.surface.is_closed() {
                 continue;
             }
             let known = &mut meshes[b as usize];
@@ -32,7 +32,7 @@ impl Contacts {
                 *known = None;
             }
             for (a, member) in (0..b).zip(&self.members) {
-                let may_be_within = self.may_cross[a as usize] || self.jumped[b as usize];
+                let may_be_within = self.may_cross[a as usize] || self.teleported[b as usize];
                 if let Owner::Body(body) = member.owner
                     && may_be_within
                     && member.between(collider).is_some()
