@@ -21,7 +21,7 @@ impl Effect for Volume {
         parameter!(
             damping: Damping, "Damping", "s",
             "Damping time constant. 0 leaves only numerical damping.",
-            (1e-4, 0.03), Scale::LogarithmicFromZero
+            (1e-4, 1.0), Scale::LogarithmicFromZero
         ),
         parameter!(
             repair: RepairTime, "Repair time", "s",

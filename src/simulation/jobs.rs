@@ -372,12 +372,14 @@ impl Bodies<'_, '_> {
             matches!(stage, Stage::Contact | Stage::SelfContact) || stage == COLLIDE && has_meshes;
         let is_joint = stage == Stage::Joints;
         let has_it = |effects: &Effects, stitched, is_joined| {
+            let own = stage.in_its_place(effects, &step, iteration);
             // Contacts and stitches between bodies involve the whole group, in the same order.
-            stage.acts(effects, stitched, step.method)
+            own.acts(effects, stitched, step.method)
                 || (is_contact || is_joint) && (is_joined || effects.touches_surfaces(has_meshes))
         };
         let each = |stepper: &mut Stepper, context: &StepContext| {
-            stepper.stage(stage, &step, iteration, context)?;
+            let own = stage.in_its_place(stepper.effects, &step, iteration);
+            stepper.stage(own, &step, iteration, context)?;
             if stage == Stage::Postsolve {
                 stepper.end();
             }

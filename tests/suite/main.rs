@@ -110,6 +110,7 @@ mod solver_copies;
 mod solver_direct;
 mod solver_effective;
 mod solver_emitter;
+mod solver_energy;
 mod solver_equilibrium;
 mod solver_field;
 mod solver_force;

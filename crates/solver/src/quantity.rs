@@ -413,7 +413,8 @@ quantity!(
     |v| v <= 10_000
 );
 quantity!(
-    /// Order of the time integration: 1 is implicit Euler, 2 is BDF2.
+    /// Order of the time integration: 1 is implicit Euler, 2 is BDF2, whose iterations go through the
+    /// constraints twice.
     Order(u32), "order", default 1, "1 or 2", |v| v == 1 || v == 2
 );
 quantity!(

@@ -12,7 +12,8 @@ macro_rules! kinds {
         }
         $($rest:tt)*
     ) => {
-        /// The elastic effects, in the order in which they act within an iteration.
+        /// The elastic effects, in the order in which they act within an iteration; those of a body
+        /// that are damped act before, the most damped first.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum ElasticKind {
             $(#[doc = concat!("[`", stringify!($effect), "`](crate::", stringify!($effect), ").")] $effect,)*

@@ -78,7 +78,16 @@ macro_rules! of_elastic_effects {
                 }
             }
 
-            /// Visits all elastic effects in order.
+            /// Visits one elastic effect, if it is present.
+            pub(crate) fn visit_one(&self, kind: ElasticKind, visitor: &mut impl Visit) {
+                match kind {
+                    $(ElasticKind::$effect => if let Some(effect) = &self.$field {
+                        visitor.visit(effect);
+                    },)*
+                }
+            }
+
+            /// Visits all elastic effects, in the order of the table.
             pub fn visit(&self, visitor: &mut impl Visit) {
                 $(if let Some(effect) = &self.$field {
                     visitor.visit(effect);

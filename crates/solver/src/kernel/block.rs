@@ -22,7 +22,7 @@ use crate::{
         gather, scatter_add, set_bits,
     },
     method::Masses,
-    order::{Batch, Corner, Elements},
+    order::{Batch, Corner, Direction, Elements},
     particles::{Part, Particles},
 };
 use fearless_simd::prelude::*;
@@ -212,13 +212,13 @@ pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
     for (index, batch) in blocks.elements().batches().iter().enumerate() {
         let constraints = batch.constraints();
         let multipliers = multipliers.part(constraints.start * M..constraints.end * M);
-        let context = (Put::Whole, Instructions::default());
+        let context = (Put::Whole, Direction::Forward, Instructions::default());
         solve_batch(blocks, index, (part.reborrow(), 0), multipliers, context);
     }
 }
 
-/// Solves the constraints of batch number `index`, on the particles from number `base`, with the
-/// multipliers of just these constraints.
+/// Solves the constraints of batch number `index` in a direction, on the particles from number `base`,
+/// with the multipliers of just these constraints.
 ///
 /// # Panics
 /// If the constraints reach beyond these particles.
@@ -227,7 +227,7 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     index: usize,
     (part, base): (Part, usize),
     multipliers: Multipliers,
-    (put, instructions): (Put, Instructions),
+    (put, direction, instructions): (Put, Direction, Instructions),
 ) {
     // Called only once: custom constraints may return different elements on each call.
     let elements = blocks.elements();
@@ -262,6 +262,7 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
         blocks,
         elements,
         batch,
+        direction,
         target,
         origins: Origins {
             positions: positions.as_ptr().wrapping_sub(base),
@@ -406,6 +407,7 @@ struct Pass<'a, B, const N: usize> {
     blocks: &'a B,
     elements: &'a Elements<N>,
     batch: &'a Batch,
+    direction: Direction,
     target: Target,
     origins: Origins,
 }
@@ -433,7 +435,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Any<'_, '_, B
             Target::Relaxed(relaxation) => relaxation,
             Target::Sum { .. } => 0.0,
         };
-        for group in pass.elements.groups(pass.batch) {
+        for group in pass.elements.groups_in(pass.batch, pass.direction) {
             blocks::<L, N>(
                 group,
                 #[inline(always)]
@@ -527,7 +529,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
     /// of a color share no particle, so that no bit depends on it.
     #[inline(always)]
     fn overlapped<L: Lanes>(&self, simd: L, mut project: impl FnMut(&Block<N>) -> [Vectors<L>; N]) {
-        for (mut first, group) in self.elements.groups(self.batch) {
+        for (mut first, group) in self.elements.groups_in(self.batch, self.direction) {
             let full = group.chunks_exact(L::LANES);
             let rest = full.remainder();
             let mut before = None;

@@ -24,7 +24,7 @@ use crate::{
     effects::multipliers::Multipliers,
     particles::Part,
     topology::{
-        order::{Batch, Elements},
+        order::{Batch, Direction, Elements},
         partitions::Partitions,
         strips::{Pattern, Spot, Strips},
     },
@@ -406,7 +406,8 @@ impl SimdWork for End<'_, '_> {
     }
 }
 
-/// Solves the constraints of batch number `index`, with the multipliers of just these constraints.
+/// Solves the constraints of batch number `index` in a direction, with the multipliers of just these
+/// constraints.
 ///
 /// # Panics
 /// If the constraints reach beyond the rows, or are ordered for other strips.
@@ -415,7 +416,7 @@ pub(crate) fn solve<const N: usize, const M: usize, B: Blocks<N, M>>(
     index: usize,
     rows: StripRows,
     multipliers: Multipliers,
-    instructions: Instructions,
+    (direction, instructions): (Direction, Instructions),
 ) {
     let elements = blocks.elements();
     let batch = &elements.batches()[index];
@@ -442,6 +443,7 @@ pub(crate) fn solve<const N: usize, const M: usize, B: Blocks<N, M>>(
         blocks,
         elements,
         batch,
+        direction,
         columns,
     };
     let lanes = instructions.widest();
@@ -460,6 +462,7 @@ struct Pass<'a, B, const N: usize> {
     blocks: &'a B,
     elements: &'a Elements<N>,
     batch: &'a Batch,
+    direction: Direction,
     columns: Columns,
 }
 
@@ -565,7 +568,8 @@ impl<B, const N: usize> Pass<'_, B, N> {
     /// lanes as bits.
     #[inline(always)]
     fn each<L: Lanes>(&self, mut solve: impl FnMut(&Pattern<N>, usize, &Block<N>, u32)) {
-        for (mut first, mut rest, patterns) in self.elements.patterns(self.batch) {
+        let colors = self.elements.patterns_in(self.batch, self.direction);
+        for (mut first, mut rest, patterns) in colors {
             for pattern in patterns {
                 for low in parts::<L>() {
                     let lanes = u32::from(pattern.lanes) >> low & ((1 << L::LANES) - 1);

@@ -2,9 +2,10 @@
 
 use super::{Body, Pass};
 use crate::{
-    Substep, effects::body_effect::ReferencePass, effects::body_kinds::BodyEffectKind,
-    elastic::Elastic, elastic::Point, elastic::Row, elastic::Visit, kernel::block::DEPENDENT,
-    method::Averaging, method::Masses,
+    Substep, advance::Stage, effects::body_effect::ReferencePass,
+    effects::body_kinds::BodyEffectKind, elastic::Elastic, elastic::Point, elastic::Row,
+    elastic::Visit, kernel::block::DEPENDENT, method::Averaging, method::Masses,
+    topology::order::Direction,
 };
 use glam::DVec3;
 use std::sync::Arc;
@@ -46,29 +47,31 @@ impl Body {
     /// One XPBD iteration over the constraints of all elastic effects, shape matching and pressure;
     /// λ starts at 0 with the first iteration of a substep.
     pub fn solve_elastic(&mut self, h: f64, first: bool) {
-        self.visit_elastic(Pass {
+        let elastic = Pass {
             h,
             first,
+            direction: Direction::Forward,
             relaxation: 1.0,
             averaging: None,
-        });
-        for kind in [BodyEffectKind::ShapeMatching, BodyEffectKind::Pressure] {
-            self.solve_by_itself(kind, h, first);
-        }
+        };
+        self.solve_internal(elastic, &ReferencePass::alone(h, first));
     }
 
-    /// Iteration number `iteration` of a substep by its method. `h` is the length of the substep
-    /// for compliances [s].
-    pub(super) fn iterate(&mut self, step: &Substep, h: f64, iteration: u32, first: bool) {
-        self.visit_elastic(Pass {
-            h,
-            first,
+    /// The internal constraints of an iteration of a substep, by its method.
+    pub(super) fn iterate(&mut self, step: &Substep, pass: &ReferencePass) {
+        let (iteration, _) = pass.iteration;
+        let elastic = Pass {
+            h: pass.compliant,
+            first: pass.is_anew,
+            direction: step.direction(iteration),
             relaxation: step.method.relaxation().into(),
             averaging: step.averaging(iteration),
-        });
+        };
+        self.solve_internal(elastic, pass);
     }
 
-    pub(super) fn visit_elastic(&mut self, iteration: Pass) {
+    /// The internal constraints in the order of the body.
+    fn solve_internal(&mut self, elastic: Pass, pass: &ReferencePass) {
         struct Solve<'a>(&'a mut Body, Pass);
         impl Visit for Solve<'_> {
             fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
@@ -79,7 +82,13 @@ impl Body {
             }
         }
         let effects = self.effects;
-        effects.visit(&mut Solve(self, iteration));
+        for stage in Stage::iteration(&effects, elastic.direction) {
+            match stage {
+                Stage::Elastic(kind) => effects.visit_one(kind, &mut Solve(self, elastic)),
+                Stage::Body(kind) if kind.is_internal() => self.solve_effect(kind, pass),
+                _ => {}
+            }
+        }
     }
 
     /// Moves every particle to the mean of the positions that the constraints of an effect require,
@@ -139,6 +148,7 @@ impl Body {
         let iteration = Pass {
             h,
             first,
+            direction: Direction::Forward,
             relaxation: 1.0,
             averaging: None,
         };
@@ -151,6 +161,7 @@ impl Body {
         Pass {
             h,
             first,
+            direction,
             relaxation,
             ..
         }: Pass,
@@ -162,8 +173,10 @@ impl Body {
         }
         lambdas.resize(E::KIND.multipliers(&topology), 0.0);
         let gamma = f64::from(effect.damping().get()) / h;
-        let elements = E::elements(&topology).corners().enumerate();
-        for ((index, corners), lambda) in elements.zip(lambdas.chunks_exact_mut(M)) {
+        let elements = E::elements(&topology);
+        for index in direction.of(0..elements.corners().len()) {
+            let corners = elements.corner(index);
+            let lambda = &mut lambdas[index * M..][..M];
             let points = self.points(corners);
             let rows = effect.rows(&topology, index, points);
             let rates = self.rates(effect, index, corners);

@@ -35,6 +35,7 @@ use crate::{
         joints::{self, Joined},
         together::must_step_together,
     },
+    topology::order::Direction,
 };
 use glam::DVec3;
 use std::sync::Arc;
@@ -120,6 +121,8 @@ struct Pass {
     h: f64,
     /// Whether multipliers start at zero.
     first: bool,
+    /// Direction in which it goes through the constraints.
+    direction: Direction,
     /// Fraction of the correction that constraints apply.
     relaxation: f64,
     /// Averaging of corrections, if any.
@@ -278,8 +281,7 @@ impl World {
                 let is_kept =
                     !body.free_parts.is_empty() && body.h == whole && body.repair.is_empty();
                 let before = is_kept.then(|| body.x.clone());
-                body.iterate(step, pass.compliant, iteration, pass.is_anew);
-                body.solve_internal(&pass);
+                body.iterate(step, &pass);
                 if let Some(before) = before {
                     body.turn_back(&before);
                 }
@@ -417,14 +419,6 @@ impl Body {
             if kind.phase() == phase && !kind.is_internal() && !is_rigid {
                 self.solve_effect(kind, pass);
             }
-        }
-    }
-
-    /// A pass of those that have no torque.
-    fn solve_internal(&mut self, pass: &ReferencePass) {
-        let all = BodyEffectKind::ALL.iter();
-        for &kind in all.filter(|kind| kind.is_internal()) {
-            self.solve_effect(kind, pass);
         }
     }
 

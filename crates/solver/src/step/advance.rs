@@ -64,7 +64,7 @@ impl Stage {
     fn tasks(self, topology: &Topology, acting: Acting, step: &Substep, iteration: u32) -> Tasks {
         let stage = self;
         let own = self.own_tasks(topology, acting, step, iteration);
-        let [begins, ends] = acting.bounds(stage, iteration >= step.iterations);
+        let [begins, ends] = acting.bounds(stage, step, iteration);
         let keep = begins.then_some((Task::Keep { stage }, Side::Any));
         let is_whole = acting.free == Free::Whole;
         let sum = (ends && is_whole).then_some((Task::Sum { stage }, Side::Even));
@@ -104,8 +104,9 @@ impl Stage {
             }
             Self::Presolve => single(Task::Begin, Side::Any),
             Self::Elastic(kind) => {
+                let direction = step.direction(iteration);
                 let [first, second, overflow] =
-                    halves_of(kind, topology, Task::Elastic { kind, pass });
+                    halves_of(kind, topology, Task::Elastic { kind, pass }, direction);
                 let average = step
                     .averaging(iteration)
                     .map(|_| (Task::Average { kind, iteration }, Side::Any));
@@ -126,9 +127,10 @@ impl Stage {
                     None,
                 ]
             }
-            // Smoothing iterations skip directly solved effects.
-            Self::Direct if iteration >= step.iterations => [None; 4],
-            Self::Direct => single(Task::Direct { substep, iteration }, Side::Whole),
+            Self::Direct => match step.ends_iteration(iteration) {
+                Some(iteration) => single(Task::Direct { substep, iteration }, Side::Whole),
+                None => [None; 4],
+            },
             Self::Postsolve => single(Task::End { substep }, Side::Any),
         }
     }
@@ -832,6 +834,7 @@ impl<'a> TaskContext<'a> {
                     rows: rows.filter(|_| is_loaded),
                     shared,
                     pass,
+                    direction: self.any.direction(iteration),
                     put,
                     instructions,
                 };

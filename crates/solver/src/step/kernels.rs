@@ -11,7 +11,10 @@ use crate::{
         strips::{self, StripRows},
     },
     particles::Part,
-    topology::{order::Elements, partitions::Piece},
+    topology::{
+        order::{Direction, Elements},
+        partitions::Piece,
+    },
 };
 
 /// Generates the code for elastic effects.
@@ -26,16 +29,17 @@ macro_rules! of_elastic_effects {
         }
         $($rest:tt)*
     ) => {
-        /// An iteration: the constraints of one half, those of the other, and the overflow
-        /// constraints.
+        /// A pass: the constraints of one half, those of the other, and the overflow constraints, or
+        /// the other way around.
         pub(super) fn halves_of(
             kind: ElasticKind,
             topology: &Topology,
             task: Task,
+            direction: Direction,
         ) -> [Option<(Task, Side)>; 3] {
             match kind {
                 $(ElasticKind::$effect => {
-                    halves(<crate::$effect as Elastic<$corners, $rows>>::elements(topology), task)
+                    halves(<crate::$effect as Elastic<$corners, $rows>>::elements(topology), task, direction)
                 })*
             }
         }
@@ -87,15 +91,23 @@ macro_rules! of_elastic_effects {
 
 crate::effects!(of_elastic_effects);
 
-/// An iteration: the constraints of one half, those of the other, and the overflow constraints.
-fn halves<const N: usize>(elements: &Elements<N>, task: Task) -> [Option<(Task, Side)>; 3] {
+/// A pass: the constraints of one half, those of the other, and the overflow constraints, or the other
+/// way around.
+fn halves<const N: usize>(
+    elements: &Elements<N>,
+    task: Task,
+    direction: Direction,
+) -> [Option<(Task, Side)>; 3] {
     let odd = elements.odd_first();
     let half = |odd: bool| {
         let side = if odd { Side::Odd } else { Side::Even };
         (!elements.half(odd).is_empty()).then_some((task, side))
     };
     let overflow = elements.overflow().map(|_| (task, Side::Whole));
-    [half(odd), half(!odd), overflow]
+    match direction {
+        Direction::Forward => [half(odd), half(!odd), overflow],
+        Direction::Backward => [overflow, half(!odd), half(odd)],
+    }
 }
 
 /// Work on the constraints of a piece of a body.
@@ -112,6 +124,8 @@ pub(crate) struct ElasticPass<'a> {
     pub shared: &'a SharedBody<'a>,
     /// Number of the iteration, their count, and whether λ is stored.
     pub pass: (u32, u32, bool),
+    /// Direction in which it goes through the constraints.
+    pub direction: Direction,
     /// How corrections are applied to particles.
     pub put: Put<'a>,
     /// Instructions to use.
@@ -135,10 +149,11 @@ impl ElasticPass<'_> {
             let column = unsafe { self.shared.multipliers(kind, column) };
             let multipliers = Multipliers::of_iteration(column, self.pass);
             if let Some(rows) = self.rows {
-                return strips::solve(kernel, index, rows, multipliers, self.instructions);
+                let how = (self.direction, self.instructions);
+                return strips::solve(kernel, index, rows, multipliers, how);
             }
             let particles = (self.part, self.piece.particles.start);
-            let context = (self.put, self.instructions);
+            let context = (self.put, self.direction, self.instructions);
             solve_batch(kernel, index, particles, multipliers, context);
         }
     }

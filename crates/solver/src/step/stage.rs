@@ -6,8 +6,9 @@ use super::{
     substep::{Settings, Substep},
 };
 use crate::{
-    Effects, ForceKind,
+    Damping, Effects, ForceKind,
     effects::{body_effect::BodyPhase, body_kinds::BodyEffectKind, elastic_kind::ElasticKind},
+    topology::order::Direction,
 };
 
 /// A part of a substep; stages can be ordered relative to each other.
@@ -80,7 +81,8 @@ const ITERATION: usize =
 const CONTACT: usize = 2 + count(BodyPhase::Contact);
 
 impl Stage {
-    /// Stages of an iteration in order: internal constraints, then grabs. Contacts follow it.
+    /// Stages of an iteration of a body without damping, in order: internal constraints, then grabs.
+    /// Contacts follow it.
     const ITERATION: [Self; ITERATION] = {
         let mut all = [Self::Direct; ITERATION];
         let mut kind = 0;
@@ -91,6 +93,53 @@ impl Stage {
         let (all, place) = put(all, 1 + kind, BodyPhase::Iteration);
         put(all, place, BodyPhase::IterationEnd).0
     };
+
+    /// Stages of an iteration of a body with these effects, in order. Of the internal constraints
+    /// the most damped act first: damping that acted later would undo what the others have
+    /// corrected, and they would correct it again in the next substep, which gains energy.
+    pub(crate) fn iteration(effects: &Effects, direction: Direction) -> [Self; ITERATION] {
+        let mut all = Self::ITERATION;
+        let last = all.iter().rposition(|stage| stage.is_internal());
+        let internal = &mut all[..=last.unwrap_or(0)];
+        internal[1..].sort_by(|a, b| b.damping(effects).total_cmp(&a.damping(effects)));
+        if direction == Direction::Backward {
+            internal.reverse();
+        }
+        all
+    }
+
+    /// The stage of a body with these effects in the place of this one, in a pass. A body has the places
+    /// of its own stages.
+    #[must_use]
+    pub fn in_its_place(self, effects: &Effects, step: &Substep, iteration: u32) -> Self {
+        let is_own = |stage: &Self| stage.is_internal() && stage.acts(effects, false, step.method);
+        let mut places = Self::ITERATION.into_iter().filter(is_own);
+        let all = Self::iteration(effects, step.direction(iteration)).into_iter();
+        let place = places.position(|stage| stage == self);
+        let own = place.and_then(|place| all.filter(is_own).nth(place));
+        own.unwrap_or(self)
+    }
+
+    /// Whether it consists of internal constraints: those that have no torque.
+    fn is_internal(self) -> bool {
+        match self {
+            Self::Direct | Self::Elastic(_) => true,
+            Self::Body(kind) => kind.is_internal(),
+            _ => false,
+        }
+    }
+
+    /// τ [s] of internal constraints; 0 of others, and without them.
+    fn damping(self, effects: &Effects) -> f32 {
+        let damping = match self {
+            Self::Elastic(kind) => effects.damping(kind),
+            Self::Body(BodyEffectKind::ShapeMatching) => {
+                effects.shape_matching.map(|it| it.damping)
+            }
+            _ => None,
+        };
+        damping.map_or(0.0, Damping::get)
+    }
 
     /// Stages of a contact pass in order.
     const CONTACT: [Self; CONTACT] = {
@@ -170,7 +219,8 @@ pub(crate) struct Acting<'a> {
     pub stitched: bool,
     /// The parts that keep their angular momentum.
     pub free: Free,
-    /// The first and the last of the internal constraints in an iteration, and in one that smooths.
+    /// The first and the last of the internal constraints in a pass, and in one without those that are
+    /// solved directly.
     internal: [Option<[Stage; 2]>; 2],
 }
 
@@ -182,10 +232,10 @@ impl<'a> Acting<'a> {
         } else {
             Free::None
         };
-        let ends = |smooths: bool| {
+        let ends = |iterates: bool| {
             let all = Stage::internal(effects, settings.method);
             let mut all =
-                all.filter(|stage| free != Free::None && !(smooths && *stage == Stage::Direct));
+                all.filter(|stage| free != Free::None && !(iterates && *stage == Stage::Direct));
             let first = all.next()?;
             Some([first, all.last().unwrap_or(first)])
         };
@@ -197,10 +247,17 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Whether a stage begins and whether it ends the internal constraints of an iteration.
-    pub fn bounds(&self, stage: Stage, smooths: bool) -> [bool; 2] {
-        let ends = self.internal[usize::from(smooths)];
-        ends.map_or([false; 2], |ends| ends.map(|end| end == stage))
+    /// Whether a stage begins and whether it ends the internal constraints of a pass.
+    pub fn bounds(&self, stage: Stage, step: &Substep, iteration: u32) -> [bool; 2] {
+        let iterates = step.ends_iteration(iteration).is_none();
+        let Some([first, last]) = self.internal[usize::from(iterates)] else {
+            return [false; 2];
+        };
+        match step.direction(iteration) {
+            Direction::Forward => [first, last],
+            Direction::Backward => [last, first],
+        }
+        .map(|end| end == stage)
     }
 }
 
@@ -208,6 +265,8 @@ impl<'a> Acting<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Solve {
     iteration: [Option<Stage>; ITERATION],
+    /// Number of internal constraints among them, which come first.
+    internal: usize,
     contact: [Option<Stage>; CONTACT],
 }
 
@@ -215,16 +274,26 @@ impl Solve {
     /// For a body with these effects, with or without stitches, and a method.
     pub fn of(effects: &Effects, stitched: bool, method: Method) -> Self {
         let acts = |stage: &Stage| stage.acts(effects, stitched, method);
-        let mut present = Stage::ITERATION.into_iter().filter(acts);
+        let all = Stage::iteration(effects, Direction::Forward);
+        let mut present = all.into_iter().filter(acts);
+        let iteration = std::array::from_fn(|_| present.next());
+        let is_internal = |stage: &&Stage| stage.is_internal();
         Self {
-            iteration: std::array::from_fn(|_| present.next()),
+            iteration,
+            internal: iteration.iter().flatten().filter(is_internal).count(),
             contact: Stage::CONTACT.map(|stage| acts(&stage).then_some(stage)),
         }
     }
 
-    /// Stages of an iteration before contacts, in order.
-    pub fn constraints(self) -> impl Iterator<Item = Stage> + Clone {
-        self.iteration.into_iter().flatten()
+    /// Stages of a pass before contacts, in order.
+    pub fn constraints(self, direction: Direction) -> impl Iterator<Item = Stage> + Clone {
+        let Self {
+            iteration,
+            internal,
+            ..
+        } = self;
+        let places = direction.of(0..internal).chain(internal..ITERATION);
+        places.filter_map(move |place| iteration[place])
     }
 
     /// Stages of a contact pass, in order.
@@ -234,25 +303,19 @@ impl Solve {
 
     /// Stages of a substep, in order, with the number of the iteration.
     pub fn stages(self, step: Substep) -> impl Iterator<Item = (Stage, u32)> + Clone {
-        let Self { iteration, contact } = self;
         (0..step.total_iterations()).flat_map(move |number| {
-            let passes = (0..step.contacts_after(number)).flat_map(move |_| contact);
-            let stages = iteration.into_iter().chain(passes).flatten();
+            let passes = (0..step.contacts_after(number)).flat_map(move |_| self.contacts());
+            let stages = self.constraints(step.direction(number)).chain(passes);
             stages.map(move |stage| (stage, number))
         })
     }
 }
 
 impl Stage {
-    /// The internal constraints of an iteration, in order: those that have no torque.
+    /// The internal constraints of an iteration, in order.
     pub(crate) fn internal(effects: &Effects, method: Method) -> impl Iterator<Item = Self> {
-        let is_internal = |stage: &Self| match stage {
-            Self::Direct | Self::Elastic(_) => true,
-            Self::Body(kind) => kind.is_internal(),
-            _ => false,
-        };
-        let all = Self::ITERATION.into_iter().filter(is_internal);
-        all.filter(move |stage| stage.acts(effects, false, method))
+        let all = Self::iteration(effects, Direction::Forward).into_iter();
+        all.filter(move |stage| stage.is_internal() && stage.acts(effects, false, method))
     }
 
     /// Whether it follows [`Joints`](Self::Joints) in an iteration.

@@ -4,6 +4,7 @@ use crate::{
     CollisionIterations, InvalidValue, Iterations, KeepSpin, Method, Order, Rate,
     SmoothingIterations, Substeps,
     method::{Averaging, Masses},
+    topology::order::Direction,
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -173,12 +174,14 @@ impl Settings {
     #[must_use]
     pub fn substep(&self, index: u32) -> Substep {
         let count = self.substeps.get();
+        let alternates = self.order.get() > 1 && self.method.averaging().is_none();
         Substep {
             h: self.substep_seconds() as f32,
             gravity: self.gravity,
             index,
             count,
-            iterations: self.iterations.get(),
+            iterations: self.iterations.get() * if alternates { 2 } else { 1 },
+            alternates,
             collision_iterations: self.collision_iterations,
             smoothing_iterations: self.smoothing_iterations.get(),
             method: self.method,
@@ -198,8 +201,15 @@ pub struct Substep {
     pub index: u32,
     /// Number of substeps in the tick.
     pub count: u32,
-    /// Iterations over all constraints.
+    /// Passes over all constraints: its iterations, or twice as many if it alternates.
     pub iterations: u32,
+    /// Whether an iteration consists of two passes, the first in the opposite direction: in
+    /// second-order steps.
+    ///
+    /// One pass in one direction acts like forces without an energy: its matrix is not symmetric. They
+    /// feed a flutter, which implicit Euler damps and BDF2 does not. There and back the matrix is
+    /// symmetric, and the forces have an energy.
+    pub alternates: bool,
     /// Passes over all contacts.
     pub collision_iterations: CollisionIterations,
     /// Averaged passes after the iterations.
@@ -215,7 +225,29 @@ impl Substep {
         self.index + 1 == self.count
     }
 
-    /// Iterations including the averaged passes after them.
+    /// The direction in which a pass goes through the constraints.
+    #[must_use]
+    pub(crate) fn direction(&self, iteration: u32) -> Direction {
+        // Forward last, so that the least damped constraints end an iteration.
+        if self.alternates && iteration < self.iterations && iteration.is_multiple_of(2) {
+            Direction::Backward
+        } else {
+            Direction::Forward
+        }
+    }
+
+    /// Number of the iteration that a pass ends, for what is solved once in each; `None` if it ends
+    /// none, or is averaged.
+    pub(crate) fn ends_iteration(&self, iteration: u32) -> Option<u32> {
+        let ends = iteration < self.iterations && self.direction(iteration) == Direction::Forward;
+        ends.then_some(if self.alternates {
+            iteration / 2
+        } else {
+            iteration
+        })
+    }
+
+    /// Passes including the averaged ones after them.
     #[must_use]
     pub fn total_iterations(&self) -> u32 {
         self.iterations + self.smoothing_iterations

@@ -362,7 +362,8 @@ fn iterate(
 ) {
     it.work(|body, tracker| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
-        let mut stages = solve.constraints().filter(move |stage| wanted(*stage));
+        let all = solve.constraints(step.direction(iteration));
+        let mut stages = all.filter(move |stage| wanted(*stage));
         if let Some(tracker) = tracker {
             return stages
                 .try_for_each(|stage| tracker.stage(body, stage, step, iteration, context));

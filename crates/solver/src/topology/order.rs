@@ -398,6 +398,11 @@ impl<const N: usize> Order<N> {
             .map(|corners| corners.map(Corner::particle))
     }
 
+    /// Particles of one constraint.
+    pub(crate) fn corner(&self, index: usize) -> [u32; N] {
+        self.corners[index].map(Corner::particle)
+    }
+
     /// All batches in order.
     #[must_use]
     pub fn batches(&self) -> &[Batch] {
@@ -463,27 +468,65 @@ impl<const N: usize> Order<N> {
         &self,
         batch: &Batch,
     ) -> impl Iterator<Item = (usize, &[[Corner; N]], &[Pattern<N>])> {
+        self.patterns_in(batch, Direction::Forward)
+    }
+
+    /// The same in a direction.
+    pub(crate) fn patterns_in(
+        &self,
+        batch: &Batch,
+        direction: Direction,
+    ) -> impl Iterator<Item = (usize, &[[Corner; N]], &[Pattern<N>])> {
         let ends = &self.pattern_ends[..];
-        batch
-            .groups
-            .clone()
-            .zip(self.groups(batch))
-            .map(move |(number, (first, group))| {
-                let start = number.checked_sub(1).map_or(0, |before| ends[before]);
-                (
-                    first,
-                    group,
-                    &self.patterns[start as usize..ends[number] as usize],
-                )
-            })
+        direction.of(batch.groups.clone()).map(move |number| {
+            let (first, group) = self.group(number);
+            let start = number.checked_sub(1).map_or(0, |before| ends[before]);
+            (
+                first,
+                group,
+                &self.patterns[start as usize..ends[number] as usize],
+            )
+        })
     }
 
     /// Constraints of a batch that share no particle: the number of the first, and their particles.
     pub fn groups(&self, batch: &Batch) -> impl Iterator<Item = (usize, &[[Corner; N]])> {
-        self.groups[batch.groups.clone()]
-            .iter()
-            .map(|group| group.start as usize..group.end as usize)
-            .map(|group| (group.start, &self.corners[group]))
+        self.groups_in(batch, Direction::Forward)
+    }
+
+    /// The same in a direction.
+    pub(crate) fn groups_in(
+        &self,
+        batch: &Batch,
+        direction: Direction,
+    ) -> impl Iterator<Item = (usize, &[[Corner; N]])> {
+        direction
+            .of(batch.groups.clone())
+            .map(|number| self.group(number))
+    }
+
+    fn group(&self, number: usize) -> (usize, &[[Corner; N]]) {
+        let group = &self.groups[number];
+        let group = group.start as usize..group.end as usize;
+        (group.start, &self.corners[group])
+    }
+}
+
+/// In which a pass goes through the constraints of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Direction {
+    /// In their order.
+    Forward,
+    /// From the last to the first.
+    Backward,
+}
+
+impl Direction {
+    pub fn of(self, Range { start, end }: Range<usize>) -> impl Iterator<Item = usize> + Clone {
+        (start..end).map(move |number| match self {
+            Self::Forward => number,
+            Self::Backward => start + end - 1 - number,
+        })
     }
 }
 
