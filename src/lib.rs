@@ -41,7 +41,7 @@
 //! | `bench` | speed of the solver, and the limits of the machine (roofline) | `solver`, `mesh`, `output` |
 //! | `study` | accuracy vs. cost: problems, parameter sweep, Pareto front, report | all above |
 //! | `ablation` | cost of each effect of a scene, and what one would see without it | `scene` |
-//! | `torture` | robustness suite: hard cases, each over a family of bodies, with figures and limits | all above but `study` |
+//! | `torture` | stress tests: difficult cases, each over a family of bodies, with figures and limits | all above but `study` |
 //! | `avian` | coupling with the rigid bodies of `avian3d` (feature `avian`) | `simulation`, `effect` |
 //! | `render` | meshes that follow bodies, picking, placement by `Transform` (feature `render`) | `simulation`, `scene` |
 //! | `sandbox` | the window (feature `window`) | all above |
@@ -92,7 +92,7 @@
 //! | [`Grains`](effect::Grains) | C = n·(x₁−x₂)−(r₁+r₂) ≥ 0 between balls [m] | friction, cohesion N, rolling resistance |
 //! | [`Ground`](effect::Ground) | horizontal ground plane | height m, friction, restitution, rolling resistance |
 //! | [`StickyGround`](effect::StickyGround) | horizontal ground plane that sticks to what touches it | height m |
-//! | [`Collide`](effect::Collide) | spheres, boxes, capsules, still or moving | friction, restitution |
+//! | [`Collide`](effect::Collide) | spheres, boxes, capsules, meshes, still or moving | friction, restitution |
 //!
 //! Apps push bodies with [`ExternalForce`](effect::ExternalForce) [N] and
 //! [`ExternalImpulse`](effect::ExternalImpulse) [N·s], and move pins with

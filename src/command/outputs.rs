@@ -72,10 +72,8 @@ impl Outputs {
             if overwrite != Some(true)
                 && let Some((what, _)) = inputs.find(|(_, input)| is_same(input))
             {
-                let or = overwrite.map_or("", |_| ", or --overwrite to replace it");
-                anyhow::bail!(
-                    "{option} would replace {name}, which is {what}; give another file{or}"
-                );
+                let or = overwrite.map_or("", |_| " or pass --overwrite");
+                anyhow::bail!("{option} would overwrite {name} ({what}): choose another file{or}");
             }
         }
         Ok(())

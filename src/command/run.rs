@@ -315,7 +315,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
     let verdict = if run.accepted() {
         "accepted".to_owned()
     } else if run.stopped {
-        format!("stopped before {} s and not judged", run.seconds)
+        format!("stopped before {} s: acceptance not checked", run.seconds)
     } else {
         format!("failed:\n  {}", run.reasons.join("\n  "))
     };

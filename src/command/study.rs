@@ -7,8 +7,8 @@ use std::{path::PathBuf, process::ExitCode};
 
 /// Measures accuracy vs. cost: problems with reference solutions, at many settings, with a report.
 ///
-/// Takes up to half an hour, or less than a minute with --quick. Results are saved as they come:
-/// after Ctrl-C, continue with --resume. Close other programs.
+/// Takes about six minutes on two server cores, or less than a minute with --quick. Results are
+/// saved as they come: after Ctrl-C, continue with --resume. Close other programs.
 ///
 /// Example: pliant study --quick --out study && xdg-open study/report.html
 ///

@@ -14,7 +14,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::{path::PathBuf, process::ExitCode};
 
-/// Runs the robustness suite: hard cases, each over a family of bodies, checked against limits.
+/// Runs the stress tests: difficult cases, each over a family of bodies, checked against limits.
 ///
 /// Takes about two minutes on two cores with --quick. The exit code is 1 if a member
 /// fails unexpectedly.

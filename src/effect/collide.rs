@@ -6,7 +6,7 @@ use crate::solver::{BodyEffectKind, Collide, Friction, Restitution, advance::Sta
 impl Effect for Collide {
     const NAME: &'static str = "collide";
     const TITLE: &'static str = "Colliders";
-    const SUMMARY: &'static str = "Contact with rigid spheres, boxes and capsules.";
+    const SUMMARY: &'static str = "Contact with rigid spheres, boxes, capsules and meshes.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             friction: Friction, "Friction µ", "",

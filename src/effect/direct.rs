@@ -17,10 +17,9 @@ impl Effect for Direct {
     const SUMMARY: &'static str = "Solves all elastic constraints of the body as one sparse system per \
                                    iteration, for slender and stiff bodies that Gauss–Seidel leaves too soft.";
     const PARAMETERS: &'static [Parameter<Self>] = &[parameter!(
-        tolerance: Tolerance, "Auto above error", "",
-        "How much softer than requested Gauss–Seidel may leave the body, relative: 0.01 solves directly only \
-         where that is expected to be more than 1 %, and to take longer at the substeps that reach 1 %; 0 always \
-         solves directly.",
+        tolerance: Tolerance, "Error threshold", "",
+        "Use the direct solver only if Gauss–Seidel would leave the body softer than requested by more than this \
+         fraction, and would take longer at the substeps that reach it. 0: always.",
         (0.0, 0.1), Scale::Linear
     )];
 
@@ -74,23 +73,20 @@ fn explained(choice: &Choice) -> String {
     let expected = format!("{} at {substeps} {unit}", in_words(error));
     let goal = format!("{} %", two_digits(100.0 * tolerance));
     let needs = match needed {
-        Some(needed) => format!("to need {needed} for {goal}"),
-        None => format!("not to reach {goal} with up to 1000"),
+        Some(needed) => format!("{needed} substeps for {goal}"),
+        None => format!("more than 1000 substeps for {goal}"),
     };
     match choice.ratio {
-        None if error <= tolerance => {
-            format!("Auto: Gauss–Seidel, which is expected to leave it {expected}.")
-        }
+        None if error <= tolerance => format!("Gauss–Seidel in use: about {expected}."),
         None => format!(
-            "Auto: Gauss–Seidel, as it cannot be solved directly. It is expected to leave it {expected}, and {needs}."
+            "Gauss–Seidel in use: about {expected}; {needs}. The body cannot be solved directly."
         ),
         Some(ratio) if choice.is_direct => format!(
-            "Auto: solved directly. Gauss–Seidel is expected to leave it {expected}, and {needs}, which would take {} times as long.",
+            "Direct solver in use. Gauss–Seidel: about {expected}; {needs} ({}× the time).",
             two_digits(ratio)
         ),
         Some(ratio) => format!(
-            "Auto: Gauss–Seidel, although it is expected to leave it {expected}, and {needs}: the direct solver would \
-             take {} times as long as these.",
+            "Gauss–Seidel in use: about {expected}; {needs}. The direct solver would take {}× the time of those.",
             two_digits(1.0 / ratio)
         ),
     }
@@ -100,7 +96,7 @@ fn explained(choice: &Choice) -> String {
 fn in_words(error: f64) -> String {
     match error {
         0.0 => "as stiff as requested".to_owned(),
-        rigid if rigid.is_infinite() => "soft, although it is rigid,".to_owned(),
+        rigid if rigid.is_infinite() => "soft instead of rigid".to_owned(),
         large if large >= 1.0 => format!("{} times too soft", two_digits(1.0 + large)),
         small => format!("{} % too soft", two_digits(100.0 * small)),
     }
@@ -145,18 +141,18 @@ mod tests {
         };
         assert_eq!(
             explained(&choice),
-            "Auto: solved directly. Gauss–Seidel is expected to leave it 50 % too soft at 10 substeps, and to need 71 for \
-             1.0 %, which would take 3.1 times as long."
+            "Direct solver in use. Gauss–Seidel: about 50 % too soft at 10 substeps; 71 substeps for 1.0 % (3.1× the \
+             time)."
         );
         (choice.is_direct, choice.ratio) = (false, Some(0.5));
-        assert!(explained(&choice).ends_with("would take 2.0 times as long as these."));
+        assert!(explained(&choice).ends_with("would take 2.0× the time of those."));
         (choice.needed, choice.ratio) = (None, None);
         let said = explained(&choice);
-        assert!(said.contains("cannot be solved directly") && said.contains("up to 1000"));
+        assert!(said.contains("cannot be solved directly") && said.contains("more than 1000"));
         (choice.error, choice.needed, choice.substeps) = (0.004, Some(1), 1);
         assert_eq!(
             explained(&choice),
-            "Auto: Gauss–Seidel, which is expected to leave it 0.40 % too soft at 1 substep."
+            "Gauss–Seidel in use: about 0.40 % too soft at 1 substep."
         );
     }
 }

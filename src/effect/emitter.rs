@@ -130,7 +130,7 @@ impl Effect for BodyEmitter {
 impl Effect for Sink {
     const NAME: &'static str = "sink";
     const TITLE: &'static str = "Sink";
-    const SUMMARY: &'static str = "Grains in a box disappear, and a body whose center is in it.";
+    const SUMMARY: &'static str = "Removes grains, and bodies by their center, inside a box.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(x: Finite, "Position x", "m", "Center of the box along x.", (-3.0, 3.0), Scale::Linear),
         parameter!(y: Finite, "Position y", "m", "Center of the box along y (up).", (-3.0, 3.0), Scale::Linear),

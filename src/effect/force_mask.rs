@@ -10,7 +10,7 @@ use bevy::prelude::*;
 impl Effect for ForceMask {
     const NAME: &'static str = "force_mask";
     const TITLE: &'static str = "Force mask";
-    const SUMMARY: &'static str = "Limits the force fields of the body to a part of it, by places at rest and a group of vertices.";
+    const SUMMARY: &'static str = "Restricts the force fields of the body to a box in its rest shape and, if named, to a vertex group.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(low_x: Fraction, "From x", "", "Lower limit along x, as a fraction of the bounding box at rest.", (0.0, 1.0), Scale::Linear),
         parameter!(low_y: Fraction, "From y", "", "Lower limit along y (up), as a fraction of the bounding box at rest.", (0.0, 1.0), Scale::Linear),

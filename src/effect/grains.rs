@@ -25,8 +25,8 @@ impl Effect for Grains {
             (0.0, 2.0), Scale::Linear
         ),
         parameter!(
-            kinetic_fraction: Fraction, "Kinetic fraction", "",
-            "Kinetic friction as a fraction of static friction.",
+            kinetic_fraction: Fraction, "Kinetic friction", "× static",
+            "Friction while sliding, as a fraction of static friction.",
             (0.0, 1.0), Scale::Linear
         ),
         parameter!(

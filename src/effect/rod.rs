@@ -30,7 +30,7 @@ impl Effect for Rod {
             (1e3, 1e12), Scale::LogarithmicToInfinity
         ),
         parameter!(
-            poisson_ratio: PoissonRatio, "Poisson's ratio", "",
+            poisson_ratio: PoissonRatio, "Poisson's ratio ν", "",
             "Transverse contraction over axial extension; it gives the stiffness against twist, G = E/(2(1 + ν)).",
             (0.0, 0.499), Scale::Linear
         ),
@@ -41,12 +41,12 @@ impl Effect for Rod {
         ),
         parameter!(
             bending_stiffness: SectionStiffness, "Bending EI", "N·m²",
-            "Stiffness against bending of a section that is not a circle, such as a yarn; 0 is that of a circle.",
+            "Stiffness against bending of a section that is not a circle, such as a yarn. 0: from E and radius.",
             (1e-9, 1e4), Scale::LogarithmicFromZero
         ),
         parameter!(
             twisting_stiffness: SectionStiffness, "Twisting GJ", "N·m²",
-            "Stiffness against twist of a section that is not a circle; 0 is that of a circle.",
+            "Stiffness against twist of a section that is not a circle. 0: from E, ν and radius.",
             (1e-9, 1e4), Scale::LogarithmicFromZero
         ),
         parameter!(
@@ -60,12 +60,12 @@ impl Effect for Rod {
             (-100.0, 100.0), Scale::Linear
         ),
         parameter!(
-            turn_start: TurnRate, "Turn start", "rad/s",
+            turn_start: TurnRate, "Rotation rate, start", "rad/s",
             "Angular velocity about its axis of the clamped first segment of each chain. It winds a rod up.",
             (-100.0, 100.0), Scale::Linear
         ),
         parameter!(
-            turn_end: TurnRate, "Turn end", "rad/s",
+            turn_end: TurnRate, "Rotation rate, end", "rad/s",
             "Angular velocity about its axis of the clamped last segment of each chain; with the same at the start, the rod turns as a shaft.",
             (-100.0, 100.0), Scale::Linear
         ),
@@ -118,11 +118,11 @@ impl Effect for Rod {
         let clamped = shape.clamps(is_pinned);
         let is_free = |end: usize| rates[end] != 0.0 && !clamped[end];
         let (parameter, which) = match (is_free(0), is_free(1)) {
-            (true, _) => ("Turn start", "first"),
-            (false, true) => ("Turn end", "last"),
+            (true, _) => ("Rotation rate, start", "first"),
+            (false, true) => ("Rotation rate, end", "last"),
             (false, false) => return None,
         };
-        let text = format!("{parameter} has no effect: pin the {which} two vertices of a chain.");
+        let text = format!("“{parameter}” has no effect: pin the {which} two vertices of a chain.");
         Some(text)
     }
 

@@ -1,4 +1,4 @@
-//! Tear: elements that carry too much break.
+//! Tear: splits the body where a limit is exceeded.
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::{
@@ -13,7 +13,7 @@ use bevy::prelude::*;
 impl Effect for Tear {
     const NAME: &'static str = "tear";
     const TITLE: &'static str = "Tear";
-    const SUMMARY: &'static str = "Elements that carry too much break, and the body splits there.";
+    const SUMMARY: &'static str = "Splits the body where a limit is exceeded.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             toughness: Toughness, "Toughness", "J/m²",
@@ -32,7 +32,7 @@ impl Effect for Tear {
         ),
         parameter!(
             smallest_piece: PieceSize, "Smallest piece", "elements",
-            "No smaller piece comes off.",
+            "Pieces with fewer elements are not torn off.",
             (1.0, 100.0), Scale::Logarithmic
         ),
     ];

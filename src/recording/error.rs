@@ -125,7 +125,7 @@ pub enum RecordingError {
     /// The file is not a recording.
     #[error(
         "{path}: not a Pliant recording: expected a first line like \
-         Recording(version:4,program:\"0.1.0\")"
+         Recording(version:5,program:\"0.1.0\")"
     )]
     Foreign {
         /// The file.

@@ -11,7 +11,7 @@
 //! one event per line, in the notation of scene files:
 //!
 //! ```text
-//! Recording(version:4,program:"0.1.0")
+//! Recording(version:5,program:"0.1.0")
 //! Scene(tick:0,name:"jelly_cube",state:"UExJQU5Uc24BAAAA…")
 //! Do(tick:12,action:Grab(body:1,point:[(3,1.0)],target:(0.1,0.5,0.0)))
 //! Hash(tick:20,hash:"8c3b6e0f12a4d957")

@@ -328,7 +328,7 @@ fn check_places(
     if given.len() != count {
         let found = given.len();
         return Err(nonsense(format!(
-            "{found} order entries for {count} of kind {what}"
+            "the order of kind {what} has {found} entries, expected {count}"
         )));
     }
     let ascending = given.windows(2).all(|pair| pair[0] < pair[1]);

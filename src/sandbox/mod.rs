@@ -1,4 +1,4 @@
-//! The window: a studio that shows soft bodies, dragging with the mouse, and a panel that edits
+//! The window: a view of soft bodies that can be dragged with the mouse, and a panel that edits
 //! their parameters.
 //!
 //! - [`state`]: shared state: view, selection, requests, events.

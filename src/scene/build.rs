@@ -118,7 +118,7 @@ impl Scene {
         Ok(built)
     }
 
-    /// Chooses the substeps for bodies that were filled with cells that were chosen.
+    /// Chooses the substeps for the bodies that were filled with an automatic number of cells.
     fn choose_substeps(&self, built: &mut BuiltScene) {
         let mut bodies = built.world.bodies.iter().zip(&built.skins);
         let firsts = self.bodies.iter().filter_map(|spec| {
@@ -369,7 +369,7 @@ impl Scene {
         points: &[Option<u32>],
     ) -> Result<Vec<VertexIndex>, String> {
         let Some(mesh) = &spec.mesh else {
-            return Err("Part: the body is not of a mesh file, which could have parts".to_owned());
+            return Err(format!("Part(\"{part}\") needs a body with `mesh`"));
         };
         let wrong = |error: mesh::MeshError| error.to_string();
         let parts = self.parts(&mesh.file).map_err(wrong)?;
@@ -659,7 +659,7 @@ fn cut(spec: &BodySpec, place: Vec3, body: &mut Body) -> Result<(), SceneError> 
             ));
         }
         if body.cut(&cut).is_none() {
-            return Err(wrong("it misses the body, or cuts nothing off"));
+            return Err(wrong("it does not divide the body: check `eye` and `rays`"));
         }
     }
     Ok(())

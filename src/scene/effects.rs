@@ -188,8 +188,8 @@ impl Visitor<'_> for NameOf<'_> {
         let all = || NAMES.iter().copied().chain(self.0.names());
         let valid: Vec<_> = all().map(|known| format!("`{known}`")).collect();
         Err(E::custom(format!(
-            "unknown effect `{name}`{}; expected one of {}; the effect of an app is known where its \
-             plugin was added with `EffectPlugin::saved`",
+            "unknown effect `{name}`{}; expected one of {}; for an effect of your app, add its plugin \
+             with `EffectPlugin::saved`",
             similar_of(name, all()),
             valid.join(", ")
         )))

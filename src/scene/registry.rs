@@ -50,9 +50,9 @@ impl Group {
             Self::Grains => "Grains",
             Self::Balloons => "Balloons",
             Self::Contact => "Contact",
-            Self::Stiffness => "Stiffness",
+            Self::Stiffness => "Materials and beams",
             Self::Tearing => "Tearing",
-            Self::Stress => "Stress",
+            Self::Stress => "Recovery",
         }
     }
 }

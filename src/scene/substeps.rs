@@ -40,9 +40,9 @@ pub(super) fn are_open(text: &str) -> bool {
     sketch.is_ok_and(|sketch| sketch.world.substeps.is_none())
 }
 
-/// Substeps per tick for bodies, of which each was filled with cells that were chosen, and a note
-/// for each: the most that any requires, from 20 to 40 at 60 ticks per second, and not below the
-/// default.
+/// Substeps per tick for bodies that were filled with an automatic number of cells: the most that
+/// any of them requires, from 20 to 40 at 60 ticks per second, and not below the default. Also a
+/// note for each body.
 pub(super) fn choose<'a>(
     bodies: impl Iterator<Item = &'a Body>,
     world: &World,
@@ -56,7 +56,7 @@ pub(super) fn choose<'a>(
     let note = |body: &&Body| {
         let softness = softness(body, settings, chosen);
         format!(
-            "{}: {chosen} substeps per tick are chosen for its cells{softness}",
+            "{}: substeps set to {chosen} per tick (not given in the file){softness}",
             body.name
         )
     };
@@ -72,7 +72,7 @@ pub(crate) fn note_on(body: &Body, settings: &Settings) -> Option<String> {
     let required = required(body, settings);
     (!softness.is_empty()).then(|| {
         let advice = match required > substeps {
-            true => format!("; {required} would be chosen for it alone"),
+            true => format!("; a scene with it alone would get {required} substeps"),
             false => String::new(),
         };
         let unit = if substeps == 1 { "substep" } else { "substeps" };
@@ -107,8 +107,7 @@ fn softness(body: &Body, settings: &Settings, substeps: u32) -> String {
         return String::new();
     }
     format!(
-        ", at which its edges are about {:.1} times as soft as their compliance says (more substeps or a higher \
-         compliance)",
+        "; edges are about {:.1}× as soft as set (use more substeps or a higher compliance)",
         1.0 + excess
     )
 }
@@ -167,8 +166,8 @@ mod tests {
             ..Settings::default()
         };
         let note = note_on(&body, &with(1)).expect("one substep is too few");
-        assert!(note.starts_with("the scene has 1 substep per tick, at which its edges"));
-        assert!(note.contains("would be chosen for it alone"), "{note}");
+        assert!(note.starts_with("the scene has 1 substep per tick; edges are about"));
+        assert!(note.contains("a scene with it alone would get"), "{note}");
         assert_eq!(note_on(&body, &with(1000)), None);
     }
 }

@@ -79,7 +79,7 @@ impl PastStarts {
         })
     }
 
-    /// Follows the particles of a body that has others now: each that was there is that of this number.
+    /// Renumbers the particles after those of the body have changed: particle `n` was `sources[n]`.
     pub(super) fn follow(&mut self, sources: &[u32]) {
         for state in &mut self.0 {
             // A state in which the last ones had not appeared yet has only others.

@@ -43,15 +43,22 @@ pub(super) fn message(
 ) -> BodyQuarantined {
     let name = shown_name(body, name);
     let Quarantine { vertex, stage, .. } = quarantine;
-    let what = match *stage {
-        Quarantine::INPUT => format!(
-            "was set to a state that cannot be stepped (vertex {vertex}, as input: not finite, or columns of \
-             another length)"
+    let (what, remedy) = match *stage {
+        Quarantine::INPUT => (
+            format!(
+                "was given invalid input (vertex {vertex} is not finite, or columns of particles differ in length)"
+            ),
+            "Set finite values, one per particle in each column.",
         ),
-        stage => format!("diverged (non-finite state of vertex {vertex} after {stage})"),
+        stage => (
+            format!("diverged (non-finite state of vertex {vertex} after {stage})"),
+            "Try more substeps, less damping or less stiffness.",
+        ),
     };
     BodyQuarantined {
         body,
-        text: format!("body {name} {what}. It was restored to the start of the tick and paused."),
+        text: format!(
+            "body {name} {what}. It was restored to the start of the tick and paused. {remedy}"
+        ),
     }
 }

@@ -94,8 +94,8 @@ pub enum SolvePhase {
 
 /// The systems of one effect, by its name.
 ///
-/// The systems of elastic effects, shape matching and pressure are places: on a body on which some
-/// of them are damped, the most damped acts in the first place, and so on.
+/// The systems of elastic effects, shape matching and pressure are places: on a body, the one whose
+/// damping lasts longest acts in the first of its places, and so on.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct EffectSystems(pub &'static str);
 

@@ -505,21 +505,21 @@ pub(super) fn fall_asleep(
             .emitter
             .is_some_and(|it| it.is_active(particles.len()));
         let turns = carried.rod.is_some_and(Rod::turns);
-        let limit = || {
+        let calm = |speed| {
             let calm = Calm {
                 topology: body,
                 effects: &carried.effects(),
                 is_touched: states.is_touched,
                 gravity,
             };
-            calm.speed(ways.1)
+            calm.holds(ways, seconds, speed)
         };
         let rest = if is_asleep || is_quarantined {
             Wakefulness::Asleep
         } else if carried.grab.is_some() || is_grabbed || emits || turns {
             timer.0.reset();
             Wakefulness::Awake
-        } else if timer.0.observe(ways, (seconds, gravity), limit, settings) {
+        } else if timer.0.observe(ways, (seconds, gravity), calm, settings) {
             Wakefulness::Still
         } else {
             Wakefulness::Awake

@@ -198,7 +198,7 @@ impl Observe {
         }
     }
 
-    /// The same with less time to come to rest, if it observes rest.
+    /// The same observation; one of rest gets at most `limit` seconds to come to rest.
     #[must_use]
     pub fn within(&self, limit: f64) -> Self {
         let mut shorter = self.clone();

@@ -297,8 +297,8 @@ impl Case {
             };
             if !self.world.bodies.iter().any(is_ring) {
                 let message = format!(
-                    "on the mesh “{}”, it observes a linking number, which only a body with `rod` that is one \
-                     closed ring and cannot tear has; make such a body, as of the primitive `Hoop`",
+                    "on the mesh “{}”: `Link` needs one closed ring with `rod` and without `tear`, such as the \
+                     primitive `Hoop`",
                     self.level_name
                 );
                 return Err(self.problem.wrong(message));

@@ -93,7 +93,7 @@ fn a_captured_world_goes_on_to_the_same_bits() {
     assert_eq!(state_hash(app.world_mut()), captured.state_hash());
 }
 
-/// Without contact, bodies do not affect each other (A9): each has the same bits alone and among
+/// Without contact, bodies do not affect each other: each has the same bits alone and among
 /// the others.
 #[test]
 fn a_body_alone_equals_the_same_body_among_others() {

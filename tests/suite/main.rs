@@ -17,6 +17,7 @@ mod contract_speed;
 mod elastic_contract;
 mod equilibrium;
 mod fuzz_support;
+mod ground_sweep;
 mod mesh_build;
 mod mesh_elements;
 mod mesh_fill;

@@ -300,7 +300,7 @@ fn parts_that_are_too_far_away_or_too_small_in_their_bounds_are_refused() {
         };
         let error = build(parts.part("Near").expect("a part"), &options).expect_err("no bounds");
         assert!(
-            error.to_string().contains("finite, and larger than 0"),
+            error.to_string().contains("finite and larger than 0"),
             "{error}"
         );
     }

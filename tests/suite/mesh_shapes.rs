@@ -280,7 +280,7 @@ fn shapes_of_any_kind_are_accepted_with_the_cells_and_substeps_chosen_for_them()
             "{notes}"
         );
         assert!(
-            notes.contains("substeps per tick are chosen for its cells"),
+            notes.contains(": substeps set to ") && notes.contains("(not given in the file)"),
             "{notes}"
         );
         assert!(body.particles.len() <= 2000, "{name}: {notes}");

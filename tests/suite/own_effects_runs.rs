@@ -1,4 +1,4 @@
-//! Effects of an app in the robustness suite, in ablations, and in refinements of the substeps.
+//! Effects of an app in the stress tests, in ablations, and in refinements of the substeps.
 
 use crate::own_effects::{Breeze, SCENE, built, own};
 use pliant::{

@@ -485,7 +485,7 @@ fn ctrl_c_ends_a_run_with_the_figures_so_far() {
     let said = stdout(&output);
     assert_eq!(output.status.code(), Some(130), "{said}");
     assert!(
-        said.contains("stopped before 100000 s and not judged"),
+        said.contains("stopped before 100000 s: acceptance not checked"),
         "{said}"
     );
     let rows = std::fs::read_to_string(&csv).expect("it is written");

@@ -1,4 +1,4 @@
-//! The gallery of hard cases, drawn and clicked without a window; and its background thread.
+//! The stress tests of the window, drawn and clicked without a window; and its background thread.
 
 use crate::{
     recording_program::Folder,

@@ -475,7 +475,7 @@ fn a_body_begins_with_its_cuts_and_stitches_of_a_region() {
     let far = "effects: (), cuts: [(eye: (9, 1, 0), rays: ((0, -1, 0), (0.01, -1, 0)))]";
     let error = built(far).expect_err("it misses");
     assert!(
-        error.contains("body “sheet”: cut 1: it misses the body"),
+        error.contains("body “sheet”: cut 1: it does not divide the body"),
         "{error}"
     );
     let edge = "effects: (), stitches: [(point: Within(low: (-1, -1, 0.099), high: (1, 1, 1)), to: Collider(1))]";

@@ -419,7 +419,7 @@ fn the_vertices_of_a_part_of_the_file_are_a_group() {
     says(&error, &["“part”", "is an entry of `groups`"]);
     says(
         &error_of_primitive(),
-        &["“kite”", "group “top”", "not of a mesh file"],
+        &["“kite”", "group “top”", "needs a body with `mesh`"],
     );
 }
 

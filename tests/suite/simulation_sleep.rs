@@ -282,6 +282,33 @@ fn a_body_in_free_motion_never_sleeps() {
     }
 }
 
+/// On ground without friction a cube keeps its speed, however slow, and does not sleep; one that stands
+/// there does, and so does a slow one on ground with friction, which has stopped it.
+#[test]
+fn a_body_that_slides_without_friction_does_not_sleep() {
+    for (speed, friction, sleeps) in [(4e-4, 0.0, false), (0.0, 0.0, true), (4e-4, 0.5, true)] {
+        let mut cube = support::with(
+            support::body("cube", support::cube(0.4, 2), 1000.0),
+            support::elastic_on_ground(),
+        );
+        cube.effects.ground = Some(Ground {
+            friction: solver::Friction::of(friction),
+            ..Ground::default()
+        });
+        cube.translate(Vec3::Y * 0.2);
+        cube.set_velocity(Vec3::X * speed);
+        let mut world = support::world(support::settings(support::G, 60.0, 10, 1), cube);
+        world.sleep.enabled = true;
+        support::run(&mut world, 5.0);
+        assert_eq!(world.bodies[0].asleep, sleeps, "{speed} m/s, {friction}");
+        let way = measure::center_of_mass(&world.bodies[0].particles).x;
+        let expected = if sleeps { 0.0 } else { 5.0 * f64::from(speed) };
+        // A hundredth of the way; where friction stops it, it does so within v²/2μg = 16 nm and the tick in
+        // which that is seen.
+        assert!((way - expected).abs() < 2e-5, "{way} m of {expected}");
+    }
+}
+
 /// A weight on a damped spring sinks by αmg (1 − e^(−t/τ)), for τ of seconds, minutes and hours, and does
 /// not fall asleep on the way: what is left when it does is below 0.25 % of its size of 1 m.
 #[test]

@@ -5,7 +5,7 @@ use crate::support::run;
 use glam::Vec3;
 use pliant::{
     scene::Scene,
-    solver::{World, contact::Overlapped, measure},
+    solver::{Body, Grab, ParticleIndex, SurfacePoint, World, contact::Overlapped, measure},
 };
 
 /// The default recovery speed [m/s].
@@ -192,6 +192,58 @@ fn what_a_collider_grows_over_leaves_it_slowly() {
         let height = measure::center_of_mass(&world.bodies[0].particles).y;
         assert!(height > 0.249, "{height} m in {large}");
         assert!(most < 1.25 * RECOVERY, "{most} m/s out of {large}");
+    }
+}
+
+/// Elastic energy of the first body [J].
+fn stored(world: &World) -> f64 {
+    let Body {
+        effects,
+        topology,
+        particles,
+        ..
+    } = &world.bodies[0];
+    measure::elastic_energies(effects, topology, |i| {
+        let i = i as usize;
+        (particles.position(i), particles.positions[i].w.into())
+    })
+}
+
+/// A hand pulls a sheet against the middle of a collider of each shape for a second, with up to ten times
+/// its weight, and lets go. From then on it has the energy that it was stretched by, and what the recovery
+/// speed gives it.
+#[test]
+fn what_is_dragged_into_a_collider_and_let_go_gains_nothing() {
+    for shape in [
+        "Sphere(radius: 0.15)",
+        "Box(size: (0.4, 0.2, 0.4))",
+        "Capsule(radius: 0.1, length: 0.2)",
+        "Surface(Box(size: (0.4, 0.2, 0.4), cells: (2, 2, 2)))",
+        "Surface(Sphere(radius: 0.15, cells: 4))",
+    ] {
+        let mut world = weightless(
+            "(name: \"it\", primitive: Cloth(size: (0.2, 0.2), cells: (6, 6)), density: 1, \
+             position: (0, 0.3, 0), effects: (stretch: (compliance: 1e-4, damping: 0.01), collide: ()))",
+            &format!("(shape: {shape})"),
+            10,
+        );
+        run(&mut world, 0.1);
+        let middle = SurfacePoint::new(&[(ParticleIndex(24), 1.0)]).expect("a particle");
+        let mass = 0.04;
+        world.bodies[0].effects.grab = Some(Grab::on(middle, Vec3::ZERO, mass, 0.2, 98.1));
+        run(&mut world, 1.0);
+        let stored = stored(&world);
+        let moving = measure::kinetic_energy(&world.bodies[0].particles);
+        world.bodies[0].effects.grab = None;
+        let mut most = 0.0_f64;
+        for _ in 0..60 {
+            world.tick();
+            most = most.max(measure::kinetic_energy(&world.bodies[0].particles));
+        }
+        let allowed = stored + moving + 0.5 * f64::from(mass * RECOVERY * RECOVERY);
+        println!("{shape}: {most} J, {stored} J stored, {moving} J moving");
+        assert!(most < allowed, "{shape}: {most} J of {allowed}");
+        assert_eq!(world.overlaps(), [], "{shape}");
     }
 }
 

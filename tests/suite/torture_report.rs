@@ -1,4 +1,4 @@
-//! The report of the robustness suite: what it says about failures that are known and about others.
+//! The report of the stress tests: what it says about failures that are known and about others.
 
 use pliant::torture::{EXPECTED_FAILURES, Options, SuiteRow, jobs, report, run};
 use std::fs;

@@ -308,7 +308,7 @@ impl Placement {
         if !(bounds.center.is_finite() && bounds.size.is_finite() && bounds.size > 0.0) {
             return Err(MeshError::unusable(
                 format!("bounds of {} m at {}", bounds.size, bounds.center),
-                "use those of a mesh: finite, and larger than 0",
+                "bounds must be finite and larger than 0",
             ));
         }
         let meters = size / bounds.size;
@@ -318,8 +318,7 @@ impl Placement {
             return Err(MeshError::parameter(
                 "size",
                 format!("{} m, with {} m for this mesh", size as f32, scale as f32),
-                "a longest side from 1e-7 m to 1e7 m, also of the mesh: use another size, or the bounds of the \
-                 mesh itself (in scene files `bounds: Part`)",
+                "1e-7 m to 1e7 m for both: use another size, or the bounds of the mesh itself (in scene files `bounds: Part`)",
             ));
         }
         let distance = offset.abs().max_element();

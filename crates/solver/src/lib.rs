@@ -4,9 +4,11 @@
 //! particles and colliders components with reflection. All quantities are in meters, kilograms,
 //! seconds and newtons.
 //!
-//! The solver is deterministic: the same input gives the same bits on every machine. Floating-point
-//! operations are therefore limited to addition, subtraction, multiplication, division and square
-//! root, which IEEE 754 rounds exactly, and sums have a fixed order.
+//! The solver is deterministic: the same input gives the same bits on any number of threads and
+//! with any instruction set. Floating-point operations are therefore limited to addition,
+//! subtraction, multiplication, division and square root, which IEEE 754 rounds exactly, and sums
+//! have a fixed order. Tests compare the instruction sets of the machine that runs them; so far
+//! that was Linux on x86-64.
 //!
 //! - [`Topology`] is the immutable part of a body, [`Particles`] its state, [`Body`] both together
 //!   with its effects, and [`World`] steps bodies without Bevy.

@@ -49,7 +49,7 @@ pub enum Command {
     Pin,
     /// Unpins everything.
     UnpinAll,
-    /// Drops a body under the pointer; held, it rains there.
+    /// Drops a body under the pointer; held, more follow.
     Drop,
     /// Shoots a body from the camera towards the pointer.
     Shoot,
@@ -85,7 +85,7 @@ pub enum Command {
     Plots,
     /// Opens or closes the accuracy card.
     Accuracy,
-    /// Opens or closes the gallery of stress tests.
+    /// Opens or closes the stress tests.
     Gallery,
     /// Toggles the reference overlay.
     ReferenceOverlay,
@@ -230,7 +230,7 @@ pub const BINDINGS: &[Binding] = &[
     repeated(row(
         &[Types("d")],
         "D",
-        "drop a body under the pointer; hold for rain",
+        "drop a body under the pointer; hold for a stream",
         Command::Drop,
     )),
     row(

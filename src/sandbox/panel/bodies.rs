@@ -140,7 +140,7 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let gallery = RowButton::new(
         "gallery",
         "Stress tests",
-        "Known hard cases for solvers, on this body or on test bodies, with pass limits (C)",
+        "Cases that are difficult for solvers, on this body or on test bodies, with pass limits (C)",
     );
     let reset = button(
         "reset_shape",
@@ -155,13 +155,12 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     }
     let help = match &model.grabbed {
         Some(grab) => format!(
-            "The point of {} that was grabbed last, with all vertices within the grab radius. The key \
-             P does so at the pointer",
+            "Pin or unpin the point of {} that was grabbed last, with all vertices within the grab \
+             radius. P does so at the pointer.",
             grab.body
         ),
         None => {
-            "Grab a body first, then pin the grabbed point. The key P pins the point under the \
-                 pointer"
+            "Grab a body first, then pin the grabbed point. P pins the point under the pointer."
                 .to_owned()
         }
     };

@@ -94,14 +94,14 @@ impl Panel {
             toggle(
                 model.wireframe,
                 "wireframe",
-                "Wire",
-                "Wireframe: draw the edges of the triangles (W)",
+                "Wireframe",
+                "Draw the edges of the triangles (W)",
             ),
             toggle(
                 model.tetrahedra,
                 "tetrahedra",
-                "Tets",
-                "Tet mesh: draw the tetrahedra (T)",
+                "Tet mesh",
+                "Draw the tetrahedra (T)",
             ),
             toggle(
                 model.contacts,
@@ -112,7 +112,7 @@ impl Panel {
             toggle(
                 model.reference_overlay.is_some(),
                 "reference_overlay",
-                "f64 ref",
+                "Reference",
                 "Reference overlay: draw a double-precision simulation with smaller substeps over \
                  each body, and plot the distance to it (G)",
             ),
@@ -120,7 +120,7 @@ impl Panel {
                 model.plots,
                 "plots",
                 "Plots",
-                "Plots: figures over the last ten seconds, and force over displacement (I)",
+                "Plots: quantities over the last ten seconds, and force over displacement (I)",
             ),
         ];
         match section::button_row(ui, self, &buttons) {
@@ -134,10 +134,10 @@ impl Panel {
         ui.horizontal(|ui| {
             self.coloring(ui, model);
             let buttons = [
-                RowButton::new("frame", "Fit all", "Frame all bodies in the view (F)"),
+                RowButton::new("frame", "Frame all", "Frame all bodies in the view (F)"),
                 RowButton::new(
                     "screenshot",
-                    "Capture",
+                    "Screenshot",
                     "Save a screenshot of the window in the folder Pliant of your pictures (F12)",
                 ),
                 RowButton::new("help", "Help", "Keyboard and mouse shortcuts (F1)"),

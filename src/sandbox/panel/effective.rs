@@ -142,7 +142,7 @@ pub(super) fn show(
     let text = RichText::new(words(effective)).small().color(color);
     let response = ui.add(Label::new(text).wrap()).on_hover_text(
         "Computed from multipliers and residual strains of the bodies shown, averaged over about a \
-         second. While a body swings or is hit, it describes those waves and not the static load.",
+         second. Valid near rest; unreliable while the body swings or is hit.",
     );
     panel.note(format!("{effect}.effective"), &response, ui);
     if let Some(substeps) = effective.substeps.filter(|_| effective.limited) {

@@ -71,7 +71,7 @@ fn cost_and_benefit(ui: &mut Ui, panel: &mut Panel) {
     let button = RowButton::new(
         "effects.ablation",
         "Cost and benefit of effects",
-        "Measure what each effect costs, and what one would see without it, in the background",
+        "Time each effect, and how much the result changes without it (in the background)",
     );
     if section::button_row(ui, panel, &[button]).is_some() {
         panel.ask(Request::Ablation);
@@ -213,8 +213,8 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
                 .color(theme::of(ui).weak);
             let response = ui.add(Label::new(text).wrap()).on_hover_text(match done {
                 Done::Emitted { .. } => {
-                    "Grains or copies that were emitted, and those that are due and wait for a free \
-                     place, or grains for room within the capacity"
+                    "Grains or copies emitted so far. Waiting: due, but blocked by something in their \
+                     place, or grains by the capacity."
                 }
                 Done::Split(_) => "Particles that were split by tearing or cutting",
             });
@@ -334,9 +334,8 @@ fn fraction_bar(ui: &mut Ui, fraction: f32, color: Color32) {
         let size = vec2(BAR + FIGURE, theme::ROW);
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
         response.on_hover_text(
-            "Fraction of the real time of a tick; all fractions add up to 100 %. Where threads run \
-             side by side, the time is divided in proportion to the time that each part took on all \
-             threads.",
+            "Fraction of the wall-clock time of a tick; all fractions add up to 100 %. With several \
+             threads, it is split by the time that each part took on all threads.",
         );
         let fraction = fraction.clamp(0.0, 1.0);
         let bar = Rect::from_min_size(rect.left_center() - vec2(0.0, 2.0), vec2(BAR, 4.0));

@@ -146,8 +146,8 @@ fn words(row: &str) -> (&'static str, &'static str) {
         ),
         "truncation" => (
             "Truncation",
-            "Energy lost where motion is cut because surfaces would cross, and by returning the \
-             momentum of that motion",
+            "Energy removed by truncating motion that would make surfaces cross, and by returning \
+             the momentum of that motion",
         ),
         "recovery" => (
             "Recovery",
@@ -182,8 +182,8 @@ fn words(row: &str) -> (&'static str, &'static str) {
         ),
         "torn" => (
             "Tearing and cutting",
-            "Energy of edges that were doubled along cracks, less that of folds and joints that \
-             broke. The energy of a crack itself goes into motion, which dissipates.",
+            "Energy added by duplicating edges along cracks, minus that of hinges and joints that \
+             broke. The fracture energy turns into motion, which dissipates.",
         ),
         _ => (
             "Edits and sleep",

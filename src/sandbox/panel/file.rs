@@ -37,7 +37,7 @@ fn entries(ui: &mut Ui, panel: &mut Panel, model: &FileModel) {
     let recent = ui.menu_button("Open recent", |ui| {
         ui.set_min_width(230.0);
         if model.recent.is_empty() {
-            ui.label(RichText::new("Nothing was opened yet").color(theme::of(ui).weak));
+            ui.label(RichText::new("No recent files").color(theme::of(ui).weak));
         }
         for (index, file) in model.recent.iter().enumerate() {
             recent_entry(ui, panel, index, file);
@@ -67,7 +67,7 @@ fn entries(ui: &mut Ui, panel: &mut Panel, model: &FileModel) {
         ui,
         panel,
         ("file.snapshot", "Save snapshot…", ""),
-        "Save the whole state of this moment, to continue from it with the same bits",
+        "Save the complete state; continuing from it is bit-identical",
         keep(KeepRequest::SaveAs(FileKind::Snapshot)),
     );
     ui.separator();

@@ -522,13 +522,13 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
             Track::new(1.0..=2.0, Spread::Integer),
         ),
         "keep_spin" => (
-            "Conserve spin",
+            "Keep angular momentum",
             "Internal forces do not rotate a body without pins. Off, rotation decays by a fraction \
              2πhω per revolution, and balls on level ground roll away.",
             Track::new(0.0..=1.0, Spread::Integer),
         ),
         "smoothing_iterations" => (
-            "Smoothing iter.",
+            "Smoothing",
             "Smoothing iterations: averaged (Jacobi) passes after the constraint iterations of a \
              substep. They distribute the error of conflicting constraints evenly.",
             Track::new(0.0..=50.0, Spread::Integer),

@@ -21,16 +21,15 @@ pub(super) fn grab(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let (hands, usual) = (model.hands, Hands::default());
     let radius = number(
         ("radius", "Grab radius", "m"),
-        "Radius of the patch of a body that the pointer grabs, at rest. 0 grabs a point. Pin and \
-         Unpin act on all vertices within it.",
+        "Brush radius in the rest shape, for grab, pin and unpin. 0: one point.",
         Track::new(wide(&RADII), Spread::Linear),
         (hands.radius, usual.radius),
     );
     row(ui, panel, "hands.radius", &radius, HandsChange::Radius);
     let stiffness = number(
         ("stiffness", "Grab stiffness", "×"),
-        "Stiffness of the mouse spring. At 1 it stretches by a twentieth of the body's size under \
-         the body's weight.",
+        "Relative stiffness of the mouse spring. 1: lifting the body stretches it by 5 % of the \
+         body's size.",
         Track::new(wide(&STIFFNESSES), Spread::Logarithmic),
         (hands.stiffness, usual.stiffness),
     );

@@ -133,8 +133,8 @@ fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 
 /// Tooltip of undo or redo.
 fn help(what: &str, title: Option<&str>, key: &str) -> String {
-    let rule = "A parameter, a setting or an effect gets its previous value while time goes on. \
-                Anything else restores the whole state from before, time included.";
+    let rule = "Parameters, settings and effects are undone while the simulation runs on. \
+                Everything else rewinds to the whole state before, time included.";
     match title {
         Some(title) => format!("{what}: {title} ({key})\n{rule}"),
         None => format!("Nothing to {} ({key})\n{rule}", what.to_lowercase()),

@@ -1,5 +1,4 @@
-//! Building blocks of the panel's sections: collapsible section, rows of buttons of equal width,
-//! switch.
+//! Building blocks of the panel's sections: collapsible section, rows of buttons, switch.
 
 use bevy_egui::egui::{
     Align2, Button, FontSelection, Id, Label, Rect, RectAlign, Response, RichText, Sense, Stroke,
@@ -91,15 +90,37 @@ impl<'a> RowButton<'a> {
     }
 }
 
-/// Buttons of equal width over the whole row; returns the index of the pressed one.
-pub fn button_row(ui: &mut Ui, panel: &mut Panel, buttons: &[RowButton]) -> Option<usize> {
+/// Horizontal padding of a button of a row [logical px].
+const PADDING: f32 = 2.0;
+
+/// Widths of the buttons of a row [logical px]: equal, or by their texts where one would not fit.
+fn button_widths(ui: &Ui, buttons: &[RowButton]) -> Vec<f32> {
+    let count = buttons.len() as f32;
     let gaps = theme::GAP * (buttons.len().saturating_sub(1)) as f32;
-    let width = (ui.available_width() - gaps) / buttons.len() as f32;
+    let free = ui.available_width() - gaps;
+    let equal = free / count;
+    let font = TextStyle::Button.resolve(ui.style());
+    let needed = |button: &RowButton| {
+        let (text, color) = (button.text.to_owned(), theme::of(ui).text);
+        let galley = ui.painter().layout_no_wrap(text, font.clone(), color);
+        (galley.size().x + 2.0 * PADDING).ceil()
+    };
+    let needed: Vec<f32> = buttons.iter().map(needed).collect();
+    let spare = (free - needed.iter().sum::<f32>()) / count;
+    if spare < 0.0 || needed.iter().all(|&width| width <= equal) {
+        return vec![equal; buttons.len()];
+    }
+    needed.into_iter().map(|width| width + spare).collect()
+}
+
+/// Buttons over the whole row; returns the index of the pressed one.
+pub fn button_row(ui: &mut Ui, panel: &mut Panel, buttons: &[RowButton]) -> Option<usize> {
+    let widths = button_widths(ui, buttons);
     let mut pressed = None;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = theme::GAP;
-        ui.spacing_mut().button_padding.x = 2.0;
-        for (index, button) in buttons.iter().enumerate() {
+        ui.spacing_mut().button_padding.x = PADDING;
+        for (index, (button, width)) in buttons.iter().zip(widths).enumerate() {
             let widget = Button::new(button.text)
                 .selected(button.selected)
                 .min_size(Vec2::new(width, theme::ROW + 2.0))

@@ -114,8 +114,8 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, spawn: &Spawn) {
             ..RowButton::new(
                 "spawn.click",
                 "On click",
-                "Drop the body where you click beside the bodies. The key D drops it under the \
-                 pointer at any time; hold it for rain there.",
+                "Click empty space to drop the chosen body. D drops it under the pointer at any time; \
+                 hold D for a stream.",
             )
         },
         RowButton {

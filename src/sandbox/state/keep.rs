@@ -96,7 +96,7 @@ impl RecentFiles {
         &self.0
     }
 
-    /// Their paths, newest first.
+    /// Paths of the files, newest first.
     #[must_use]
     pub fn paths(&self) -> Vec<String> {
         let paths = self.0.iter();

@@ -193,7 +193,7 @@ pub enum Request {
     Accuracy,
     /// Open or close the card with the cost and benefit of effects.
     Ablation,
-    /// Open or close the gallery of hard cases.
+    /// Open or close the stress tests.
     Gallery,
     /// Switch the energy ledger on (`true`) or off.
     Ledger(bool),

@@ -247,8 +247,8 @@ impl Reader<'_> {
         let most = MAX_REPEATED + self.data.bytes();
         if shown > most {
             return Err(format!(
-                "brings the scene to {shown} vertices and indices of triangles, but at most {most} \
-                 are read of a file of this size; show its meshes less often"
+                "instances expand the scene to {shown} vertices and triangle indices, but at most {most} \
+                 are read from a file of this size; remove instances"
             ));
         }
         for (number, position) in positions.into_iter().enumerate() {

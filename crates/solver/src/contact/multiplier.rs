@@ -3,10 +3,10 @@
 use crate::effects::body_effect::Resting;
 use glam::Vec3;
 
-/// Multipliers of the contact of a particle with a rigid surface, as displacements: times m/h² they
-/// are forces, and the torque of a grain is ⅖mr/h² times its one.
+/// Contact multipliers of a particle on rigid surfaces in the current substep, as displacements.
 ///
-/// Contact impulses of rigid surfaces on a particle in the current substep.
+/// A displacement times m/h² is a force [N]; the displacement `torque` of a grain times ⅖mr/h² is a
+/// torque [N·m].
 ///
 /// A contact pass sees a particle after the constraints of an iteration have moved it. Limiting
 /// friction to µ times the depth of that pass alone would discard the unused part of earlier

@@ -267,7 +267,7 @@ macro_rules! of_body_effects {
             /// # Safety
             /// The states are still borrowed.
             pub unsafe fn segments(&self, piece: &Piece) -> Range<usize> {
-                // SAFETY: the caller's promise.
+                // SAFETY: the caller keeps the states borrowed.
                 unsafe { self.rod.segments_of(piece) }
             }
 
@@ -277,7 +277,8 @@ macro_rules! of_body_effects {
             /// The states are still borrowed, and no other thread works on the piece, or on one
             /// that shares a particle with it.
             pub unsafe fn begin(&self, particles: &Range<usize>) {
-                // SAFETY: the caller's promise.
+                // SAFETY: the caller keeps the states borrowed, and no other thread works on these
+                // particles.
                 unsafe {
                     $(<ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::begin(&self.$first, particles.clone());)*
                     $(<ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::begin(&self.$last, particles.clone());)*
@@ -296,7 +297,8 @@ macro_rules! of_body_effects {
                 particles: &mut impl InLanes,
                 pass: &BodyPass,
             ) -> Option<u64> {
-                // SAFETY: the caller's promise.
+                // SAFETY: the caller keeps the states borrowed, and no other thread works on the
+                // piece, nor on the body if the effect works on all of it.
                 unsafe {
                     match kind {
                         $(BodyEffectKind::$before => effects.$first.as_ref().map_or(Some(0), |effect| {
@@ -325,7 +327,8 @@ macro_rules! of_body_effects {
                 part: Part,
                 pass: &BodyPass,
             ) -> bool {
-                // SAFETY: the caller's promise.
+                // SAFETY: the caller keeps the states borrowed, and no other thread works on the
+                // piece, nor on the body if the effect works on all of it.
                 unsafe {
                     match kind {
                         $(BodyEffectKind::$before => effects.$first.as_ref().is_some_and(|effect| {

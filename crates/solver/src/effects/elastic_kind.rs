@@ -12,8 +12,8 @@ macro_rules! kinds {
         }
         $($rest:tt)*
     ) => {
-        /// The elastic effects, in the order in which they act within an iteration; those of a body
-        /// that are damped act before, the most damped first.
+        /// The elastic effects, in the order in which they act within an iteration; on a body, those
+        /// that are damped for longer act before.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum ElasticKind {
             $(#[doc = concat!("[`", stringify!($effect), "`](crate::", stringify!($effect), ").")] $effect,)*

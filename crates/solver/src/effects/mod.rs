@@ -141,7 +141,7 @@ macro_rules! effects {
                 }
                 changes {
                     Plasticity plasticity "Strain beyond the yield strain becomes permanent.";
-                    Tear tear "Elements that carry too much break.";
+                    Tear tear "Splits the body where a limit is exceeded.";
                     Emitter emitter "Grains flow out of an opening.";
                     BodyEmitter body_emitter "Emits copies of the body from a round opening.";
                     Sink sink "Removes grains and whole bodies in a box.";

@@ -7,10 +7,10 @@ use crate::{Body, Effects, Settings};
 #[non_exhaustive]
 pub enum NoEquilibrium {
     /// The method of the world has no compliances.
-    #[error("compliances only count in XPBD, and the world has another method")]
+    #[error("the equilibrium search needs the method Xpbd")]
     Method,
     /// An effect whose force has no energy, is one-sided, or is not supported; its name.
-    #[error("the effect `{0}` is not one with an energy that is known here")]
+    #[error("the effect `{0}` is not supported by the equilibrium search")]
     Effect(&'static str),
     /// The body has stitches.
     #[error("the body is stitched")]

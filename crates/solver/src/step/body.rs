@@ -303,9 +303,9 @@ impl Body {
             gravity: gravity.length(),
         };
         let pace = (seconds as f32, gravity.length());
-        let limit = || calm.speed(positions.1);
+        let calm = |speed| calm.holds(positions, pace.0, speed);
         let settings = self.sleep.as_ref().unwrap_or(settings);
-        self.rest.observe(positions, pace, limit, settings)
+        self.rest.observe(positions, pace, calm, settings)
     }
 
     /// Puts the body to sleep.

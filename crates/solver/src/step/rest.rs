@@ -6,7 +6,8 @@
 //! How slow is still depends on the body. What still comes is at most its speed times the longest time
 //! T over which its effects act, so that this product must be below 0.25 % of its size: a weight that
 //! sinks by a meter in a damper of τ = 100 s is awake at 0.03 mm/s. A body that nothing
-//! holds and that touches nothing keeps its speed for good, and is awake at any that is not rounding.
+//! holds and that touches nothing keeps its speed for good, and is awake at any that is not rounding. One
+//! that touches only without friction keeps that of its center, and is awake while that drifts.
 
 use crate::{
     Effects, ElasticKind, ForceKind, InvalidValue, Particles, Topology,
@@ -75,6 +76,10 @@ const SHORTEST: f32 = 0.5;
 /// The speed of rounding, in sizes per second. A body in free motion is awake above it.
 const ROUNDING: f32 = 1e-6;
 
+/// The speed of the center of a body at rest that no friction holds, in sizes per second: its size in a
+/// day.
+const DRIFT: f32 = 1e-5;
+
 /// What decides how slow a body is at rest.
 #[derive(Debug, Clone, Copy)]
 pub struct Calm<'a> {
@@ -89,19 +94,24 @@ pub struct Calm<'a> {
 }
 
 impl Calm<'_> {
-    /// The speed below which the body with these particles is at rest [m/s].
+    /// Whether a body is at rest whose particles have moved from `before` to `after` in a tick of
+    /// `seconds`, at a root mean square `speed` [m/s].
     #[must_use]
-    pub fn speed(&self, positions: &[Vec4]) -> f32 {
-        let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
+    pub fn holds(&self, (before, after): (&[Vec4], &[Vec4]), seconds: f32, speed: f32) -> bool {
+        let (low, high) = bounds(after.iter().map(|x| x.truncate()));
         let size = (high - low).max_element() + 2.0 * self.topology.largest_radius();
         let mut forces = ForceKind::ALL.into_iter();
-        let is_held = self.is_touched
-            || forces.any(|kind| self.effects.has_force(kind))
-            || self.has_pin(positions);
-        match is_held {
-            true => REMAINDER * size / self.effects.slowest(size, self.gravity).max(SHORTEST),
-            false => ROUNDING * size,
+        let is_fixed = forces.any(|kind| self.effects.has_force(kind)) || self.has_pin(after);
+        if !is_fixed && !self.is_touched {
+            return speed <= ROUNDING * size;
         }
+        let slowest = self.effects.slowest(size, self.gravity).max(SHORTEST);
+        if speed > REMAINDER * size / slowest {
+            return false;
+        }
+        let ways = before.iter().zip(after).map(|(a, b)| (*b - *a).truncate());
+        let drift = || ways.sum::<Vec3>().length() / (after.len() as f32 * seconds);
+        is_fixed || self.effects.has_friction() || drift() <= DRIFT * size
     }
 
     /// Whether a particle is fixed that others are connected to: a vertex without elements never moves.
@@ -115,6 +125,17 @@ impl Calm<'_> {
 }
 
 impl Effects {
+    /// Whether anything that the body may touch holds it by friction.
+    fn has_friction(&self) -> bool {
+        let of = [
+            self.ground.map(|it| it.friction),
+            self.collide.map(|it| it.friction),
+            self.contact.map(|it| it.friction),
+        ];
+        let mut of = of.into_iter().flatten();
+        self.sticky_ground.is_some() || of.any(|friction| friction.get() > 0.0)
+    }
+
     /// The longest time over which an effect acts on a body of some size [m] under gravity [m/s²]: that
     /// of damping, creep, and of sinking by its size in a medium with drag [s].
     fn slowest(&self, size: f32, gravity: f32) -> f32 {
@@ -151,13 +172,13 @@ const CHUNK: usize = 64;
 
 impl RestTimer {
     /// Observes a tick of `seconds` under gravity of some strength [m/s²] that moved the particles of a body
-    /// from `before` to `after`; returns whether the body may sleep. `calm` gives the speed below which
-    /// it is at rest [m/s], and is asked only of slow bodies.
+    /// from `before` to `after`; returns whether the body may sleep. `calm` tells whether it is at rest at
+    /// a speed [m/s], and is asked only of slow bodies.
     pub fn observe(
         &mut self,
         (before, after): (&[Vec4], &[Vec4]),
         (seconds, gravity): (f32, f32),
-        calm: impl FnOnce() -> f32,
+        calm: impl FnOnce(f32) -> bool,
         settings: &SleepSettings,
     ) -> bool {
         let limit = settings.speed * seconds;
@@ -174,7 +195,7 @@ impl RestTimer {
             }
         }
         let speed = (moved / after.len().max(1) as f32).sqrt() / seconds;
-        if speed > calm() {
+        if !calm(speed) {
             self.still_for = 0.0;
             return false;
         }

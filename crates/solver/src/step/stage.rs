@@ -10,6 +10,7 @@ use crate::{
     effects::{body_effect::BodyPhase, body_kinds::BodyEffectKind, elastic_kind::ElasticKind},
     topology::order::Direction,
 };
+use std::cmp::Reverse;
 
 /// A part of a substep; stages can be ordered relative to each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,14 +95,14 @@ impl Stage {
         put(all, place, BodyPhase::IterationEnd).0
     };
 
-    /// Stages of an iteration of a body with these effects, in order. Of the internal constraints
-    /// the most damped act first: damping that acted later would undo what the others have
+    /// Stages of a pass of a body with these effects, in order. Of the internal constraints those act
+    /// first whose damping [lasts](Self::lasting) longest: damping that acted later would undo what the others have
     /// corrected, and they would correct it again in the next substep, which gains energy.
     pub(crate) fn iteration(effects: &Effects, direction: Direction) -> [Self; ITERATION] {
         let mut all = Self::ITERATION;
         let last = all.iter().rposition(|stage| stage.is_internal());
         let internal = &mut all[..=last.unwrap_or(0)];
-        internal[1..].sort_by(|a, b| b.damping(effects).total_cmp(&a.damping(effects)));
+        internal[1..].sort_by_key(|stage| Reverse(stage.lasting(effects)));
         if direction == Direction::Backward {
             internal.reverse();
         }
@@ -129,8 +130,9 @@ impl Stage {
         }
     }
 
-    /// τ [s] of internal constraints; 0 of others, and without them.
-    fn damping(self, effects: &Effects) -> f32 {
+    /// How long the damping of internal constraints lasts, by the power of eight of τ: what is damped for
+    /// about as long keeps its order. 0 without damping.
+    fn lasting(self, effects: &Effects) -> u32 {
         let damping = match self {
             Self::Elastic(kind) => effects.damping(kind),
             Self::Body(BodyEffectKind::ShapeMatching) => {
@@ -138,7 +140,8 @@ impl Stage {
             }
             _ => None,
         };
-        damping.map_or(0.0, Damping::get)
+        let exponent = damping.map_or(0.0, Damping::get).to_bits() >> (f32::MANTISSA_DIGITS - 1);
+        exponent / 3
     }
 
     /// Stages of a contact pass in order.

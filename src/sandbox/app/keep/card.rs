@@ -138,12 +138,12 @@ fn save(ui: &mut Ui, card: &mut SaveCard, places: &mut WidgetRects) -> Option<An
     let (heading, note) = match card.kind {
         FileKind::Scene => (
             "Save scene",
-            "How the scene begins, with the changes made since. Motion and deformation of now are \
-             saved by a snapshot.",
+            "Saves the initial state with your changes. For current motion and deformation, save a \
+             snapshot.",
         ),
         FileKind::Snapshot => (
             "Save snapshot",
-            "The whole state of this moment; it continues with the same bits.",
+            "Saves the complete state. Continuing from it is bit-identical.",
         ),
     };
     title(ui, heading);

@@ -138,11 +138,11 @@ fn result(ui: &mut Ui, ablation: &Ablation, answer: &mut Answer) {
                 ("without", "The effect that is removed from all bodies"),
                 (
                     "saves",
-                    "Fraction of a tick's time that is saved, by the fastest of three runs; within \
-                     noise if the two fastest runs differ by more",
+                    "Fraction of the time per tick that is saved (fastest of 3 runs). Within noise: \
+                     less than the difference of the two fastest runs.",
                 ),
                 (
-                    "moves bodies by",
+                    "effect on result (RMS)",
                     "RMS distance of the particles after a second from where they are with the \
                      effect",
                 ),
@@ -156,7 +156,8 @@ fn result(ui: &mut Ui, ablation: &Ablation, answer: &mut Answer) {
                 row(ui, ablation, variant, answer);
             }
             if let Some(finer) = &ablation.finer {
-                ui.label(RichText::new("(twice the substeps)").color(theme::of(ui).weak));
+                ui.label(RichText::new("Solver error (for scale)").color(theme::of(ui).weak))
+                    .on_hover_text("Distance to a run with twice the substeps");
                 ui.label("");
                 distance(ui, ablation, finer, theme::of(ui).weak);
                 ui.end_row();

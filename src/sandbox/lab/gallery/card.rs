@@ -20,8 +20,8 @@ const TOP: f32 = 84.0;
 const NOTICE: f32 = 60.0;
 /// Minimum height of a window for pictures [logical px].
 const PICTURES: f32 = 600.0;
-/// Width of a button in a row [logical px].
-const BUTTON: f32 = 44.0;
+/// Widths of the buttons in a row, for the selection and for the test bodies [logical px].
+const BUTTONS: [f32; 2] = [66.0, 78.0];
 
 /// The data of the card.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -123,61 +123,82 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             }
         });
     });
-    let this = card.this.as_deref().unwrap_or("the selected body (none)");
-    let text = format!("“This” runs a case on {this}, “Test” on its test bodies.");
-    ui.add(Label::new(RichText::new(text).small().color(theme::of(ui).weak)).wrap());
 }
 
 fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut Answer) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = theme::GAP;
-        let looked_at = card.shown.as_ref().is_some_and(|shown| shown.0 == number);
-        let color = if looked_at {
-            theme::of(ui).strong
-        } else {
-            theme::of(ui).text
-        };
-        let title = RichText::new(line.title).small().color(color);
-        let title = ui.add(Label::new(title).sense(Sense::click()));
-        let place = format!("gallery.{number}");
-        answer.places.note(place, &title, ui.clip_rect());
-        if title.on_hover_text(line.about).clicked() {
-            answer.commands.push(GalleryCommand::Look(number));
-        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.add_space(8.0);
-            for (on, name, text, enabled, verdict) in [
-                (On::Own, "own", "Test", true, line.verdicts[1]),
-                (
-                    On::This,
-                    "this",
-                    "This",
-                    line.any_body && card.this.is_some(),
-                    line.verdicts[0],
-                ),
-            ] {
-                if on == On::This && !line.any_body {
-                    ui.add_space(BUTTON);
-                    continue;
-                }
-                let mut button = Button::new(RichText::new(text).small());
-                if let Some((passed, expected)) = verdict {
-                    button = button.stroke(Stroke::new(1.5, verdict_color(ui, passed, expected)));
-                }
-                let button = button.min_size(vec2(BUTTON, 18.0));
-                let button = ui.add_enabled(enabled, button);
-                let place = format!("gallery.{number}.{name}");
-                answer.places.note(place, &button, ui.clip_rect());
-                if button.clicked() {
-                    answer.commands.push(GalleryCommand::Run(number, on));
-                }
-            }
+            buttons(ui, card, (number, line), answer);
             if let Some(fraction) = line.running {
                 let bar = ProgressBar::new(fraction).desired_height(6.0);
-                ui.add(bar.desired_width(70.0).fill(theme::of(ui).accent));
+                ui.add(bar.desired_width(40.0).fill(theme::of(ui).accent));
             }
+            // The title gets the room that is left.
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let looked_at = card.shown.as_ref().is_some_and(|shown| shown.0 == number);
+                let color = if looked_at {
+                    theme::of(ui).strong
+                } else {
+                    theme::of(ui).text
+                };
+                let title = RichText::new(line.title).small().color(color);
+                let title = ui.add(Label::new(title).sense(Sense::click()).truncate());
+                let place = format!("gallery.{number}");
+                answer.places.note(place, &title, ui.clip_rect());
+                if title.on_hover_text(line.about).clicked() {
+                    answer.commands.push(GalleryCommand::Look(number));
+                }
+            });
         });
     });
+}
+
+/// The buttons that run a case, from right to left.
+fn buttons(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut Answer) {
+    let [this_width, own_width] = BUTTONS;
+    let this_help = match &card.this {
+        Some(body) => format!("Run the case on {body}"),
+        None => "Run the case on the selected body: select one first".to_owned(),
+    };
+    for (on, name, text, help, enabled, verdict, width) in [
+        (
+            On::Own,
+            "own",
+            "Test bodies",
+            "Run the case on its test bodies",
+            true,
+            line.verdicts[1],
+            own_width,
+        ),
+        (
+            On::This,
+            "this",
+            "Selection",
+            this_help.as_str(),
+            card.this.is_some(),
+            line.verdicts[0],
+            this_width,
+        ),
+    ] {
+        if on == On::This && !line.any_body {
+            ui.add_space(width);
+            continue;
+        }
+        let mut button = Button::new(RichText::new(text).small());
+        if let Some((passed, expected)) = verdict {
+            button = button.stroke(Stroke::new(1.5, verdict_color(ui, passed, expected)));
+        }
+        let button = button.min_size(vec2(width, 18.0));
+        let button = ui.add_enabled(enabled, button);
+        let button = button.on_hover_text(help).on_disabled_hover_text(help);
+        let place = format!("gallery.{number}.{name}");
+        answer.places.note(place, &button, ui.clip_rect());
+        if button.clicked() {
+            answer.commands.push(GalleryCommand::Run(number, on));
+        }
+    }
 }
 
 /// Green for a pass, amber for an expected failure, red for an unexpected one; the text also says

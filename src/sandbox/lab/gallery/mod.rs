@@ -1,5 +1,5 @@
-//! The gallery of hard cases: runs a case with one click, on its own family of bodies or on the
-//! body on screen, and shows its figures.
+//! The stress tests in the window: runs a case with one click, on its own family of bodies or on
+//! the body on screen, and shows its figures.
 //!
 //! A case is run by [`torture`](crate::torture) on a separate thread, as `pliant torture` runs it.
 //! On the body on screen, the case runs on a copy, alone, without gravity and ground. If the case

@@ -184,7 +184,7 @@ fn over_time(ui: &mut Ui, card: &Card, figures: &[Shown], height: f32, answer: &
             answer.commands.push(PlotCommand::Toggle);
         }
         let export = ui.button("Export").on_hover_text(
-            "Save the chosen figures, and the force–displacement curve, as CSV and SVG",
+            "Save the chosen quantities, and the force–displacement curve, as CSV and SVG",
         );
         answer.places.note("plots.export", &export, ui.clip_rect());
         answer.export |= export.clicked();
@@ -196,7 +196,7 @@ fn over_time(ui: &mut Ui, card: &Card, figures: &[Shown], height: f32, answer: &
         if freeze.clicked() {
             answer.commands.push(PlotCommand::Freeze(!card.frozen));
         }
-        let menu = ui.menu_button("Figures", |ui| menu(ui, card, figures, answer));
+        let menu = ui.menu_button("Quantities", |ui| menu(ui, card, figures, answer));
         answer
             .places
             .note("plots.figures", &menu.response, ui.clip_rect());
@@ -210,7 +210,7 @@ fn over_time(ui: &mut Ui, card: &Card, figures: &[Shown], height: f32, answer: &
                 figure(ui, shown, card.end, answer);
             }
             if figures.is_empty() {
-                ui.weak("No figure is chosen.");
+                ui.weak("No quantity selected.");
             }
         });
 }

@@ -168,9 +168,9 @@ impl ReferenceBodies {
                 gravity,
             };
             let ways = (&before[..], &after[..]);
-            let limit = || calm.speed(&after);
+            let calm = |speed| calm.holds(ways, seconds, speed);
             let rest = &mut reference.rest;
-            reference.still = rest.observe(ways, (seconds, gravity), limit, &self.sleep);
+            reference.still = rest.observe(ways, (seconds, gravity), calm, &self.sleep);
         }
         let before = self.references.len();
         self.references.retain(|reference| {

@@ -260,11 +260,11 @@ fn fields(
             *request = Some(Request::ColorRange(Some(range)));
         }
         let held = scale.fixed.is_some();
-        let button = Button::new(if held { "Auto" } else { "Hold" }).selected(held);
+        let button = Button::new(if held { "Auto" } else { "Lock" }).selected(held);
         let button = ui.add(button).on_hover_text(if held {
             "Let the range follow the values: 98 % of them are within it"
         } else {
-            "Keep the current range, to compare parameters or bodies"
+            "Lock the current range, to compare parameters or bodies"
         });
         places.note("legend.hold", &button, ui.clip_rect());
         if button.clicked() {

@@ -34,9 +34,9 @@ use glam::DVec3;
 const SAME_PLACE: f64 = 1e-3;
 
 impl Contacts {
-    /// Finds the surfaces that cross at the start of the substep, of members that may have crossed
-    /// others: they have been moved otherwise than stepped, could not be kept apart, are under
-    /// repair, whose displacements are not truncated, or crossed before.
+    /// Finds the surfaces that cross at the start of the substep. Only members that may have
+    /// crossed others are searched: those that were moved other than by a step, could not be kept
+    /// apart, are under repair, whose displacements are not truncated, or crossed before.
     pub(super) fn find_tangles(&mut self, bodies: &[impl Tangible]) {
         for tangle in self.tangles.drain(..) {
             for member in tangle.members {

@@ -37,8 +37,8 @@ pub enum NotARod {
     },
     /// The body has more than [`MAX_RINGS`] rings beside the first one of each connected part.
     #[error(
-        "the nets of the body have {rings} meshes, but at most {MAX_RINGS} of a rod may; use \
-         coarser nets, or `stretch`"
+        "the network of edges has {rings} loops, but `rod` supports at most {MAX_RINGS}; use a coarser \
+         network, or `stretch`"
     )]
     Rings {
         /// Number of rings.

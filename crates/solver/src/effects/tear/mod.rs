@@ -15,9 +15,7 @@ use crate::reflection::*;
 use crate::{BreakingStrain, Force, PieceSize, Toughness};
 use serde::{Deserialize, Serialize};
 
-/// Elements that carry too much break.
-///
-/// Tear: elements that carry too much break, and the body splits there.
+/// Tear: splits the body where an element exceeds a limit on energy, force or strain.
 ///
 /// **Toughness.** A crack grows when it releases more elastic energy per new area than the
 /// toughness G_c (Griffith 1921). A limit on force or strain would depend on the mesh: at the tip
