@@ -338,7 +338,7 @@ fn substeps_are_chosen_for_what_was_filled_and_no_more_is_said_than_is_known() {
     };
     let (substeps, notes, open) = star("", "star.obj", "stretch: (), volume: ()");
     assert_eq!(substeps, 40, "rigid edges need the most");
-    assert!(!notes.contains("times as soft"), "{notes}");
+    assert!(!notes.contains("as soft as set"), "{notes}");
     let again: Scene = open.to_text().expect("RON").parse().expect("a scene");
     assert!(open.chooses_substeps && again.chooses_substeps);
     assert_eq!(again.bodies, open.bodies);
@@ -367,7 +367,7 @@ fn substeps_are_chosen_for_what_was_filled_and_no_more_is_said_than_is_known() {
     ] {
         let (chosen, notes, _) = star(world, mesh, effects);
         assert_eq!(chosen, substeps, "{world} {mesh} {effects}: {notes}");
-        assert_eq!(notes.contains("times as soft"), is_soft, "{notes}");
+        assert_eq!(notes.contains("as soft as set"), is_soft, "{notes}");
     }
     fs::remove_dir_all(&folder).expect("it was made here");
 }
