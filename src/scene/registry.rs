@@ -6,6 +6,8 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Group {
+    /// For the first minutes: one of each kind.
+    Start,
     /// Solid bodies.
     Solids,
     /// Cloth.
@@ -28,7 +30,8 @@ pub enum Group {
 
 impl Group {
     /// All groups, in the order of the scene browser.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
+        Self::Start,
         Self::Solids,
         Self::Cloth,
         Self::Ropes,
@@ -44,6 +47,7 @@ impl Group {
     #[must_use]
     pub const fn title(self) -> &'static str {
         match self {
+            Self::Start => "Start here",
             Self::Solids => "Solids",
             Self::Cloth => "Cloth",
             Self::Ropes => "Ropes",
@@ -90,13 +94,13 @@ macro_rules! scenes {
 /// All built-in scenes, the default one first. Those of [meshes of Stanford](super::asset::ASSETS) are
 /// there with the feature `program` only.
 pub const SCENES: &[BuiltinScene] = scenes![
-    "jelly_cube" Solids 0.42,
+    "jelly_cube" Start 0.42,
     #[cfg(feature = "program")]
-    "bunny" Solids 0.5,
+    "bunny" Start 0.5,
     "teapot" Solids 0.5,
     #[cfg(feature = "program")]
     "dragon" Solids 0.6,
-    "shapes" Solids 0.55,
+    "shapes" Start 0.55,
     "many_bodies" Contact 1.2,
     "pile" Contact 1.5,
     "bowl" Contact 2.0,
@@ -129,7 +133,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "hoops" Ropes 1.0,
     "twisted_ring" Ropes 4.0,
     "tree" Ropes 2.0,
-    "hair" Ropes 1.2,
+    "hair" Start 1.2,
     "curls" Ropes 1.2,
     "soft_head" Ropes 1.2,
     #[cfg(feature = "program")]
@@ -142,7 +146,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "fountain" Grains 3.0,
     "chute" Grains 2.5,
     "stream" Grains 1.5,
-    "drape" Cloth 2.0,
+    "drape" Start 2.0,
     "bending" Cloth 3.0,
     "flag" Cloth 3.0,
     "whirl" Cloth 0.7,
@@ -159,7 +163,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "slope" Contact 0.6,
     "bounce" Contact 0.4,
     "sticky" Contact 0.4,
-    "torn_banner" Tearing 3.0,
+    "torn_banner" Start 3.0,
     "burst_balloon" Tearing 0.6,
     "needle" Tearing 1.9,
     "breakthrough" Tearing 0.9,

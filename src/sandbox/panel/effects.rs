@@ -130,7 +130,7 @@ pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) 
 
 fn parameter_row(ui: &mut Ui, panel: &mut Panel, effect: &EffectModel, parameter: &Parameter) {
     let name = format!("{}.{}", effect.name, parameter.name);
-    if let Some(edit) = parameter::row(ui, panel, &name, parameter) {
+    if let Some(edit) = parameter::row(ui, panel, (&name, Some(&name)), parameter) {
         panel.ask(Request::Parameter {
             effect: effect.name,
             parameter: parameter.name,

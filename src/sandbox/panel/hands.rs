@@ -115,7 +115,7 @@ fn row(
     parameter: &Parameter,
     change: impl Fn(f64) -> HandsChange,
 ) {
-    let value = match parameter::row(ui, panel, name, parameter) {
+    let value = match parameter::row(ui, panel, (name, None), parameter) {
         Some(Edit::Set(value)) => Some(value),
         Some(Edit::Reset) => parameter.original,
         None => None,

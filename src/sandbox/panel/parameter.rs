@@ -33,13 +33,21 @@ pub enum Edit {
 }
 
 /// Draws the row of a parameter. `name` identifies it among the widget rectangles.
-pub fn row(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<Edit> {
+///
+/// `written` is its name in scene files and on the command line, if it has one.
+pub fn row(
+    ui: &mut Ui,
+    panel: &mut Panel,
+    (name, written): (&str, Option<&str>),
+    parameter: &Parameter,
+) -> Option<Edit> {
+    let named = Named { parameter, written };
     ui.push_id(name, |ui| {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = theme::GAP;
-            title(ui, parameter);
+            title(ui, named);
             if !parameter.choices.is_empty() {
-                return choose(ui, panel, name, parameter);
+                return choose(ui, panel, name, named);
             }
             let width = ui.available_width() - ENTRY - RESET - 2.0 * theme::GAP;
             let mark = parameter.original.filter(|_| parameter.changed);
@@ -56,9 +64,9 @@ pub fn row(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) ->
             if rail.double_clicked() && parameter.changed {
                 edit = Some(Edit::Reset);
             }
-            hint(ui, &rail, |ui| help(ui, parameter));
+            hint(ui, &rail, |ui| help(ui, named));
 
-            if let Some(value) = entry(ui, panel, name, parameter) {
+            if let Some(value) = entry(ui, panel, name, named) {
                 edit = Some(Edit::Set(value));
             }
             let reset = reset(ui, parameter);
@@ -73,8 +81,16 @@ pub fn row(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) ->
     .inner
 }
 
+/// A parameter with its name in scene files and on the command line.
+#[derive(Clone, Copy)]
+struct Named<'a> {
+    parameter: &'a Parameter,
+    written: Option<&'a str>,
+}
+
 /// Buttons for a parameter with named values.
-fn choose(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<Edit> {
+fn choose(ui: &mut Ui, panel: &mut Panel, name: &str, named: Named) -> Option<Edit> {
+    let parameter = named.parameter;
     let count = parameter.choices.len() as f32;
     let width = ui.available_width() - RESET - theme::GAP;
     let width = (width - theme::GAP * (count - 1.0)) / count;
@@ -88,7 +104,7 @@ fn choose(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> 
         if button.clicked() && !selected {
             edit = Some(Edit::Set(value));
         }
-        hint(ui, &button, |ui| help(ui, parameter));
+        hint(ui, &button, |ui| help(ui, named));
     }
     let reset = reset(ui, parameter);
     panel.note(format!("{name}.reset"), &reset, ui);
@@ -98,10 +114,10 @@ fn choose(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> 
     edit
 }
 
-fn title(ui: &mut Ui, parameter: &Parameter) {
+fn title(ui: &mut Ui, named: Named) {
     let font = FontSelection::Default.resolve(ui.style());
     let width = title_width(ui);
-    let text = parameter.title.to_owned();
+    let text = named.parameter.title.to_owned();
     let text = ui.painter().layout(text, font, Color32::PLACEHOLDER, width);
     let size = Vec2::new(width, theme::ROW.max(text.size().y));
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
@@ -112,11 +128,12 @@ fn title(ui: &mut Ui, parameter: &Parameter) {
     };
     let place = Align2::LEFT_CENTER.anchor_size(rect.left_center(), text.size());
     ui.painter().galley(place.min, text, color);
-    hint(ui, &response, |ui| help(ui, parameter));
+    hint(ui, &response, |ui| help(ui, named));
 }
 
 /// The number with its unit, to be dragged or typed.
-fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<f64> {
+fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, named: Named) -> Option<f64> {
+    let parameter = named.parameter;
     let mut value = parameter.value;
     let unit = parameter.unit;
     let differs = parameter.spread.is_some();
@@ -170,7 +187,7 @@ fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> O
     }
     panel.note(format!("{name}.entry"), &response, ui);
     let changed = response.changed();
-    hint(ui, &response, |ui| help(ui, parameter));
+    hint(ui, &response, |ui| help(ui, named));
     (changed && value as f32 != parameter.value as f32).then_some(value)
 }
 
@@ -205,7 +222,7 @@ fn reset(ui: &mut Ui, parameter: &Parameter) -> Response {
     .on_hover_text(text)
 }
 
-fn help(ui: &mut Ui, parameter: &Parameter) {
+fn help(ui: &mut Ui, Named { parameter, written }: Named) {
     ui.set_max_width(280.0);
     ui.horizontal(|ui| {
         ui.label(RichText::new(parameter.title).strong());
@@ -234,6 +251,9 @@ fn help(ui: &mut Ui, parameter: &Parameter) {
         _ => {
             ui.weak(typed);
         }
+    }
+    if let Some(written) = written {
+        ui.label(RichText::new(written).monospace().weak());
     }
 }
 

@@ -23,7 +23,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     answers(ui, panel, model);
     ui.add_space(4.0);
     transport(ui, panel, model);
-    if let Some(edit) = parameter::row(ui, panel, "speed", &speed(model)) {
+    if let Some(edit) = parameter::row(ui, panel, ("speed", None), &speed(model)) {
         panel.ask(Request::Speed(match edit {
             Edit::Set(value) => value,
             Edit::Reset => 1.0,

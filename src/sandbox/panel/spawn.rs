@@ -82,7 +82,7 @@ fn size(ui: &mut Ui, panel: &mut Panel, spawn: &Spawn) {
         choices: &[],
         changed: value != original,
     };
-    match parameter::row(ui, panel, "spawn.size", &parameter) {
+    match parameter::row(ui, panel, ("spawn.size", None), &parameter) {
         Some(Edit::Set(value)) => panel.ask(Request::SpawnSize(value)),
         Some(Edit::Reset) => panel.ask(Request::SpawnSize(original)),
         None => {}

@@ -59,7 +59,7 @@ pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) 
 
 fn row(ui: &mut Ui, panel: &mut Panel, setting: &Parameter) {
     let name = format!("world.{}", setting.name);
-    if let Some(edit) = parameter::row(ui, panel, &name, setting) {
+    if let Some(edit) = parameter::row(ui, panel, (&name, Some(setting.name)), setting) {
         panel.ask(Request::Setting {
             name: setting.name,
             value: match edit {
@@ -71,7 +71,7 @@ fn row(ui: &mut Ui, panel: &mut Panel, setting: &Parameter) {
 }
 
 fn threads_row(ui: &mut Ui, panel: &mut Panel, threads: &Parameter) {
-    if let Some(edit) = parameter::row(ui, panel, "world.threads", threads) {
+    if let Some(edit) = parameter::row(ui, panel, ("world.threads", None), threads) {
         panel.ask(Request::Threads(match edit {
             Edit::Set(value) => Some(value),
             Edit::Reset => None,
