@@ -145,11 +145,8 @@ fn a_body_that_is_let_go_gains_no_energy_whatever_is_damped() {
     };
     let of = |shape: Primitive, density: f32, kinds: &'static [(&str, Damped)]| {
         kinds.iter().flat_map(move |&(name, effects)| {
-            let shape = shape.clone();
             TIMES.into_iter().flat_map(move |a| {
-                let shape = shape.clone();
                 TIMES.into_iter().flat_map(move |b| {
-                    let shape = shape.clone();
                     STEPS.map(move |steps| {
                         let body = held(&shape, density, effects(a, b));
                         (format!("{name}, {a} s and {b} s, {steps:?}"), body, steps)
@@ -244,7 +241,7 @@ fn a_body_at_rest_stays_at_rest_in_second_order_steps() {
     };
     let shape = |primitive: Primitive| primitive.build().expect("a sound shape").shape;
     let bodies = [
-        (body("tube", shape(tube.clone()), 1.0), with_bend(0.0)),
+        (body("tube", shape(tube), 1.0), with_bend(0.0)),
         (body("soft tube", shape(tube), 1.0), with_bend(1e-5)),
         (body("block", shape(block), 1000.0), solid),
         (body("chain", chain(20, 0.05), 0.1), with_bend(1e-4)),
