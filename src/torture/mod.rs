@@ -1,8 +1,8 @@
-//! The robustness suite: hard cases that test the stability of the solver.
+//! The stress tests: hard cases that test the stability of the solver.
 //!
 //! A [`Case`] is a piece of data: a family of [members](Member), the setup of a member's world, the
 //! actions during the run, and a judge that reports the outcome as [figures](Figure). Each case is
-//! run over its whole family, small bodies and large, from a millimeter to a kilometer, rigid and
+//! run over its whole family, small bodies and large, from 10 µm to 1 km, rigid and
 //! soft, with one substep and with many, and the worst member is reported. In every case, [`Watch`]
 //! checks the universal requirements: all numbers are finite, no energy is created, pins do not
 //! move, the momentum of free bodies is constant, and repeated runs with any number of threads give
