@@ -518,7 +518,7 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
         "order" => (
             "Integrator",
             "Implicit Euler damps oscillations numerically. BDF2 has much less numerical damping; \
-             each iteration takes twice as long, and it restarts at contacts.",
+             it takes several times as long, and restarts at contacts.",
             Track::new(1.0..=2.0, Spread::Integer),
         ),
         "keep_spin" => (

@@ -96,8 +96,9 @@ impl Stage {
     };
 
     /// Stages of a pass of a body with these effects, in order. Of the internal constraints those act
-    /// first whose damping [lasts](Self::lasting) longest: damping that acted later would undo what the others have
-    /// corrected, and they would correct it again in the next substep, which gains energy.
+    /// first whose damping [lasts](Self::lasting) longest: damping that acted later would undo what
+    /// the others have corrected, and they would correct it again in the next substep, which gains
+    /// energy.
     pub(crate) fn iteration(effects: &Effects, direction: Direction) -> [Self; ITERATION] {
         let mut all = Self::ITERATION;
         let last = all.iter().rposition(|stage| stage.is_internal());
@@ -113,11 +114,17 @@ impl Stage {
     /// of its own stages.
     #[must_use]
     pub fn in_its_place(self, effects: &Effects, step: &Substep, iteration: u32) -> Self {
+        if !self.is_internal() {
+            return self;
+        }
+        let all = Self::iteration(effects, step.direction(iteration));
+        if all == Self::ITERATION {
+            return self;
+        }
         let is_own = |stage: &Self| stage.is_internal() && stage.acts(effects, false, step.method);
         let mut places = Self::ITERATION.into_iter().filter(is_own);
-        let all = Self::iteration(effects, step.direction(iteration)).into_iter();
         let place = places.position(|stage| stage == self);
-        let own = place.and_then(|place| all.filter(is_own).nth(place));
+        let own = place.and_then(|place| all.into_iter().filter(is_own).nth(place));
         own.unwrap_or(self)
     }
 

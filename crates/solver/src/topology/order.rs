@@ -512,7 +512,7 @@ impl<const N: usize> Order<N> {
     }
 }
 
-/// In which a pass goes through the constraints of a body.
+/// Direction in which a pass goes through the constraints of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Direction {
     /// In their order.
@@ -522,6 +522,7 @@ pub(crate) enum Direction {
 }
 
 impl Direction {
+    /// The numbers of a range in this direction.
     pub fn of(self, Range { start, end }: Range<usize>) -> impl Iterator<Item = usize> + Clone {
         (start..end).map(move |number| match self {
             Self::Forward => number,
