@@ -272,7 +272,7 @@ fn bodies_that_touch_tear_and_come_stay_finite_and_are_deterministic() {
     );
     fuzz(
         "touching worlds",
-        75,
+        40,
         &worlds,
         |(things, rate, substeps, iterations)| {
             let start = world(&things, rate, substeps, iterations);

@@ -89,9 +89,9 @@ fn pull(app: &mut App, number: usize, target: Vec3) {
 fn every_scene_goes_on_to_the_bit_from_the_middle_of_a_drag() {
     for scene in SCENES {
         let mut app = headless(&built(scene.name));
-        ticks(&mut app, 20);
+        ticks(&mut app, 6);
         grab(&mut app, 0, Vec3::new(0.3, 0.9, 0.2));
-        ticks(&mut app, 3);
+        ticks(&mut app, 2);
         let body = bodies_in_order(app.world_mut())[0];
         push(
             &mut app,
@@ -109,8 +109,8 @@ fn every_scene_goes_on_to_the_bit_from_the_middle_of_a_drag() {
         assert_eq!(state_hash(again.world_mut()), state_hash(app.world_mut()));
         // Both apps carry out the pending actions.
         pull(&mut again, 0, Vec3::new(0.1, 0.8, 0.1));
-        for step in 0..10 {
-            let target = Vec3::new(0.1, 0.8, 0.02 * step as f32);
+        for step in 0..5 {
+            let target = Vec3::new(0.1, 0.8, 0.04 * step as f32);
             pull(&mut app, 0, target);
             pull(&mut again, 0, target);
             ticks(&mut app, 1);

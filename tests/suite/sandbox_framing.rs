@@ -1,7 +1,7 @@
 //! Framing: each built-in scene opens with all of its bodies in the free area of the window, at any
 //! size and with the panel anywhere, and shows them later or marks where they are.
 
-use crate::scene_runs::{LONG, in_every_scene};
+use crate::scene_runs::is_whole;
 use bevy::math::{Mat4, Rect, Vec2, Vec3, Vec4};
 use pliant::{
     sandbox::{
@@ -14,7 +14,7 @@ use pliant::{
         state::{display::Side, view::ViewSettings},
     },
     scene::{BuiltScene, Scene, registry::SCENES},
-    solver::Body,
+    solver::{Body, World},
 };
 
 /// Sizes of the window [px].
@@ -128,76 +128,65 @@ fn every_scene_fills_the_free_area_in_one_direction() {
     }
 }
 
-/// Runs every scene for as long as one looks at it, a long one for less. What has left the view has a
-/// mark, and most bodies have not.
-#[test]
-fn after_eight_seconds_every_scene_shows_its_bodies_and_marks_those_that_left() {
-    in_every_scene(|(_, name), _| {
-        let seconds = if LONG.contains(&name) { 2.0 } else { 8.0 };
-        watch(name, seconds)
-    });
+/// What one sees of a run, from the view with which the scene opens.
+pub struct View {
+    area: FreeArea,
+    orbit: Orbit,
+    /// Why it is no good view.
+    pub problems: Vec<String>,
 }
 
-fn watch(name: &str, seconds: f64) -> Vec<String> {
-    let (scene, built) = built(name);
-    let area = area(SIZES[0], PANELS[1]);
-    let orbit = opening(&scene, &built, &area);
-    let mut world = built.world.clone();
-    let mut problems = Vec::new();
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    while world.time < seconds {
-        world.tick();
-        for point in world.bodies.iter().flat_map(positions) {
-            (low, high) = (low.min(point), high.max(point));
+impl View {
+    pub fn opening(scene: &Scene, built: &BuiltScene) -> Self {
+        let area = area(SIZES[0], PANELS[1]);
+        Self {
+            orbit: opening(scene, built, &area),
+            area,
+            problems: Vec::new(),
         }
-        if world.tick % 30 != 0 {
-            continue;
-        }
+    }
+
+    /// What has left the view has a mark, and most bodies have not.
+    pub fn see(&mut self, world: &World) {
+        let Self { area, orbit, .. } = self;
         let mut out = Vec::new();
         for (body, key) in world.bodies.iter().zip(0..) {
             let seen = || positions(body).map(|point| orbit.seen(point));
-            if !is_in_view(seen(), &area) {
+            if !is_in_view(seen(), area) {
                 let center = seen().sum::<Vec3>() / body.particles.positions.len() as f32;
                 let name = body.name.clone();
                 out.push(OutOfView { key, name, center });
             }
         }
         let hidden = out.len();
-        let marks = place(out, &area);
+        let marks = place(out, area);
         let marked: usize = marks.iter().map(|mark| mark.bodies.len()).sum();
         let at_edge = marks.iter().all(|mark| area.clear.contains(mark.tip));
+        let (of, time) = (world.bodies.len(), world.time);
         if marked != hidden || !at_edge {
-            problems.push(format!(
-                "{name}: {marked} of {hidden} marked at {} s",
-                world.time
-            ));
+            let problem = format!("{marked} of {hidden} marked at {time:.2} s");
+            self.problems.push(problem);
         }
-        if 2 * hidden > world.bodies.len() {
-            problems.push(format!(
-                "{name}: {hidden} of {} bodies are out of view at {:.2} s",
-                world.bodies.len(),
-                world.time
-            ));
+        if 2 * hidden > of {
+            let problem = format!("{hidden} of {of} bodies are out of view at {time:.2} s");
+            self.problems.push(problem);
         }
     }
-    // Pieces of a torn body and emitted grains may fly away.
-    let whole = world.bodies.iter();
-    let whole = whole.filter(|body| body.topology.splits() == 0 && !body.topology.is_renewed());
-    let all: Vec<Vec3> = whole.flat_map(positions).collect();
-    let visible = all.iter().filter(|point| {
-        area.project(orbit.seen(**point))
-            .is_some_and(|at| area.beside_panel.contains(at))
-    });
-    let visible = visible.count() as f32 / all.len() as f32;
-    println!(
-        "{name}: {:.1} % of the particles in view, motion from {low} to {high}",
-        100.0 * visible
-    );
-    if visible < 0.75 {
-        problems.push(format!(
-            "{name}: only {:.0} % of it is in view",
-            100.0 * visible
-        ));
+
+    /// At last, most particles are in view.
+    pub fn see_last(&mut self, world: &World) {
+        // Pieces of a torn body and emitted grains may fly away.
+        let whole = world.bodies.iter().filter(|body| is_whole(body));
+        let all: Vec<Vec3> = whole.flat_map(positions).collect();
+        let visible = all.iter().filter(|point| {
+            let at = self.area.project(self.orbit.seen(**point));
+            at.is_some_and(|at| self.area.beside_panel.contains(at))
+        });
+        let visible = visible.count() as f32 / all.len() as f32;
+        if visible < 0.75 {
+            let percent = 100.0 * visible;
+            self.problems
+                .push(format!("only {percent:.0} % of it is in view"));
+        }
     }
-    problems
 }

@@ -175,8 +175,12 @@ fn come_and_go(chosen: &[usize]) {
 fn an_absent_effect_has_no_system_whichever_others_are_present() {
     let all = effects(&app());
     for one in 0..all.len() {
-        for other in (0..all.len()).filter(|other| *other != one) {
-            come_and_go(&[one, other]);
+        for other in 0..one {
+            // One order or the other.
+            match (one + other) % 2 {
+                0 => come_and_go(&[one, other]),
+                _ => come_and_go(&[other, one]),
+            }
         }
     }
     let place = |name| all.iter().position(|effect| *effect == name);
