@@ -283,7 +283,7 @@ fn a_torture_report_is_readable_on_a_desktop_and_on_a_phone() {
     pliant(
         &folder,
         &[
-            "torture", "plates", "edge", "stack", "--quick", "--report", "out",
+            "torture", "plates", "edge", "knot", "--quick", "--report", "out",
         ],
     );
     let html = fs::read_to_string(folder.join("out/report.html")).expect("a report");

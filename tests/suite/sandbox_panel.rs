@@ -68,6 +68,7 @@ fn parameter(name: &'static str, unit: &'static str, track: Track, value: f64) -
         original: Some(value),
         choices: &[],
         changed: false,
+        unusual: false,
     }
 }
 
@@ -214,6 +215,7 @@ fn model() -> PanelModel {
         color: ColorMode::Speed,
         plots: false,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
+        ms_per_tick: 0.48,
         projections: Some(212e6),
         steps: vec!["presolve", "stretch", "ground", "postsolve"],
         energy: Some(energy()),
@@ -278,6 +280,14 @@ impl Pointer {
             pointer.draw(Vec::new());
         }
         pointer
+    }
+
+    /// Clicks the heading of a folded section, and waits until it is open.
+    fn unfold(&mut self, section: &str) {
+        assert_eq!(self.press_widget(section), []);
+        for _ in 0..30 {
+            self.draw(Vec::new());
+        }
     }
 
     fn draw(&mut self, events: Vec<Event>) -> Vec<Shape> {
@@ -396,9 +406,40 @@ fn the_left_end_of_a_compliance_is_rigid() {
     );
 }
 
+/// Compliance and substeps are in sight whatever is folded or scrolled, and are not shown twice; of the
+/// other settings, those that a scene changes.
+#[test]
+fn compliance_and_substeps_stand_above_everything_that_scrolls() {
+    let shown = |pointer: &Pointer, name: &str| pointer.places.get(name).is_some();
+    for size in SIZES {
+        let pointer = Pointer::new(model(), size);
+        let [compliance, substeps, accuracy, bodies] = [
+            "stretch.compliance",
+            "world.substeps",
+            "accuracy",
+            "section.bodies",
+        ]
+        .map(|name| pointer.place(name));
+        assert!(compliance.bottom() <= substeps.top() && substeps.bottom() <= accuracy.top());
+        assert!(accuracy.bottom() <= bodies.top());
+        assert!(!shown(&pointer, "world.gravity_y"), "it is folded");
+    }
+    // The first screen has all bodies and the first effects.
+    let pointer = panel_pointer();
+    assert!(shown(&pointer, "effect.stretch") && shown(&pointer, "stretch.damping"));
+    let mut heavy = model();
+    heavy.settings[1].unusual = true;
+    assert!(shown(&Pointer::new(heavy, SIZES[0]), "world.gravity_y"));
+    // Nothing selected has a compliance.
+    let mut rigid = model();
+    rigid.effects.remove(0);
+    assert!(shown(&Pointer::new(rigid, SIZES[0]), "world.substeps"));
+}
+
 #[test]
 fn the_slider_of_threads_ranges_from_one_to_one_per_core() {
     let mut pointer = panel_pointer();
+    pointer.unfold("section.world");
     let rail = pointer.place("world.threads");
     for (x, count) in [(rail.left() + 2.0, 1.0), (rail.right() - 2.0, 8.0)] {
         pointer.requests.clear();
@@ -415,6 +456,7 @@ fn with_a_single_available_thread_the_panel_says_so() {
         ..model()
     };
     let mut pointer = Pointer::new(one, SIZES[0]);
+    pointer.unfold("section.world");
     let shapes = pointer.draw(Vec::new());
     let mut texts = Vec::new();
     collect_texts(&shapes, &mut texts);
@@ -432,8 +474,10 @@ fn the_projections_a_second_are_shown_with_their_unit_while_there_are_any() {
             projections,
             ..model()
         };
+        let mut pointer = Pointer::new(panel, SIZES[0]);
+        pointer.unfold("section.world");
         let mut texts = Vec::new();
-        collect_texts(&Pointer::new(panel, SIZES[0]).draw(Vec::new()), &mut texts);
+        collect_texts(&pointer.draw(Vec::new()), &mut texts);
         texts
     };
     let figure = |texts: &[String]| texts.iter().any(|text| text.contains("M/s"));
@@ -550,6 +594,7 @@ fn every_button_makes_its_request() {
         ("wireframe", Request::Wireframe(true)),
         ("tetrahedra", Request::Tetrahedra(true)),
         ("contacts", Request::Contacts(true)),
+        ("accuracy", Request::Accuracy),
         ("energy.keep", Request::Ledger(false)),
         ("energy.anew", Request::Ledger(true)),
         ("reference_overlay", Request::ReferenceOverlay),
@@ -578,7 +623,8 @@ fn every_button_makes_its_request() {
         choices: &["Euler", "BDF2"],
         ..parameter("order", "", Track::new(1.0..=2.0, Spread::Integer), 1.0)
     });
-    let mut pointer = Pointer::new(panel, (size + Vec2::new(0.0, 240.0), scale));
+    let mut pointer = Pointer::new(panel, (size + Vec2::new(0.0, 320.0), scale));
+    pointer.unfold("section.world");
     for (name, request) in wanted {
         assert_eq!(pointer.press_widget(name), [request], "{name}");
     }
@@ -860,7 +906,7 @@ fn a_search_of_the_panel_shows_only_what_matches_and_says_when_nothing_does() {
     let has = |pointer: &Pointer, name: &str| pointer.places.get(name).is_some();
     let pointer = searched("gravity");
     assert!(has(&pointer, "world.gravity_y.entry"));
-    assert!(!has(&pointer, "world.substeps.entry") && !has(&pointer, "effect.stretch"));
+    assert!(!has(&pointer, "world.iterations.entry") && !has(&pointer, "effect.stretch"));
     let pointer = searched("STRETCH");
     assert!(has(&pointer, "effect.stretch") && !has(&pointer, "world.gravity_y.entry"));
     let pointer = searched("theme");

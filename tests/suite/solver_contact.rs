@@ -12,7 +12,7 @@ use bevy::{
     app::App,
     ecs::{entity::Entity, message::Messages},
 };
-use glam::{DVec3, UVec2, Vec2, Vec3};
+use glam::{DVec3, EulerRot, Quat, UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     simulation::{Asleep, BodyContacts, ContactEnded, ContactStarted, state_hash},
@@ -302,6 +302,58 @@ fn nothing_crosses_at_300_m_per_s_in_a_single_substep() {
         assert!(acting > 0, "it hits");
         assert!(world.bodies.iter().all(|body| body.quarantine.is_none()));
     }
+}
+
+/// A line, which is thinner than whatever it hits, at any angle and speed.
+#[test]
+fn a_line_crosses_neither_cloth_nor_solids_however_fast_it_is() {
+    let mut crossed = Vec::new();
+    for (number, speed) in [20.0, 50.0, 100.0, 200.0, 300.0]
+        .into_iter()
+        .cycle()
+        .take(20)
+        .enumerate()
+    {
+        let [substeps, segments] = [[1, 4, 10, 20][number % 4], [1, 6, 24][number % 3]];
+        let rope = Primitive::Rope {
+            length: 0.6,
+            segments,
+        };
+        let effects = Effects {
+            contact: contact(0.3),
+            ..elastic()
+        };
+        let mut line = with(
+            body("line", rope.build().expect("sound").shape, 0.05),
+            effects,
+        );
+        let target = match number % 2 {
+            0 => cloth(0.8, 12),
+            _ => with(body("block", cube(0.5, 4), 1000.0), effects),
+        };
+        let angle = 0.7 * number as f32;
+        let turn = Quat::from_euler(EulerRot::YXZ, angle, 0.3 * angle.sin(), 0.5 * angle.cos());
+        for i in 0..line.particles.len() {
+            let x = line.particles.position(i).as_vec3();
+            let x = turn * Vec3::new(x.y, 0.0, x.x);
+            line.particles
+                .set_position(i, (x + Vec3::new(0.03, 0.6, 0.02)).as_dvec3());
+        }
+        line.set_velocity(Vec3::new(0.1 * speed, -speed, 0.0));
+        let mut world = World {
+            settings: settings(9.81, 60.0, substeps, 1),
+            bodies: vec![target, line],
+            ..World::default()
+        };
+        let (crossings, _) = max_crossings(&mut world, 30);
+        let line = &world.bodies[1].particles;
+        let mass: f64 = line.positions.iter().map(|x| 1.0 / f64::from(x.w)).sum();
+        let falls = -measure::momentum(line).y / mass / f64::from(speed);
+        if crossings > 0 || falls > 0.9 {
+            crossed.push(format!("{number}: {speed} m/s, {substeps} substeps, {segments} segments: {crossings} crossings, {falls}"));
+        }
+    }
+    assert!(crossed.is_empty(), "{crossed:#?}");
 }
 
 #[test]

@@ -153,8 +153,8 @@ fn pins_of_a_body_that_tears_do_not_move() {
     let current = Scene::load("torn_banner").expect("built in");
     let mut world = current.scene.build().expect("sound").world;
     let particles = world.bodies[0].particles.len();
-    let row = scene::run("torn_banner", &world, 0.5, &|_| ()).expect("it runs");
-    (0..30).for_each(|_| world.tick());
+    let row = scene::run("torn_banner", &world, 0.25, &|_| ()).expect("it runs");
+    (0..15).for_each(|_| world.tick());
     assert!(world.bodies[0].particles.len() > particles, "it tears");
     let figures = row.outcomes.iter().flat_map(|outcome| &outcome.figures);
     let mut ways = figures.filter(|figure| figure.name == "way of the pins");

@@ -449,16 +449,11 @@ fn what_is_done_in_the_window_replays_without_one_on_any_number_of_threads() {
     window.press("spawn", |event| {
         event["name"] == "spawn.add" && event["rect"].is_null()
     });
-    // The rows of effects must become visible.
-    let folded = |event: &Value| event["name"] == "world.substeps" && event["rect"].is_null();
-    let unfolded = |event: &Value| event["name"] == "world.substeps" && !event["rect"].is_null();
-    window.press("section.world", folded);
     window.press("effect.volume", done("remove effect"));
     window.press("shuffle", done("deform"));
     window.key("r", opened);
     window.press("stretch.compliance", done("set"));
-    window.press("section.world", unfolded);
-    window.press("world.iterations", done("set"));
+    window.press("world.substeps", done("set"));
     window.key("n", opened);
     window.grab();
     xdotool(&["mouseup", "1"]);
@@ -496,10 +491,6 @@ fn a_body_that_diverges_by_a_typed_number_is_named_until_it_is_restored() {
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut window = Window::open("bounce");
-    // The row of the ground's height must stay visible.
-    window.press("section.world", |event| {
-        event["name"] == "world.substeps" && event["rect"].is_null()
-    });
     // All plates are on one ground; it is raised at a speed beyond the range of f32.
     let raise = |window: &mut Window, height: &str| {
         let is_set = |event: &Value| event["action"]["parameter"] == "ground.height";
@@ -582,7 +573,7 @@ fn rapid_pointer_and_key_input_breaks_nothing() {
         }
         xdotool(&["mouseup", "1"]);
     };
-    for name in ["stretch.compliance", "world.substeps", "world.gravity_y"] {
+    for name in ["stretch.compliance", "world.substeps", "volume.compliance"] {
         wide(&mut window, name);
     }
     for effect in [

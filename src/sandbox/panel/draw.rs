@@ -4,7 +4,7 @@ use crate::sandbox::state::request::Request;
 use bevy_egui::egui::{ComboBox, Response, ScrollArea, Ui};
 
 use super::{
-    bodies, effects, energy,
+    bodies, effects, energy, essentials,
     model::PanelModel,
     reference_overlay, scene,
     search::{self, Query},
@@ -29,6 +29,7 @@ impl Panel {
     pub fn draw(ui: &mut Ui, model: &PanelModel) -> Self {
         let mut panel = Self::default();
         scene::show(ui, &mut panel, model);
+        essentials::show(ui, &mut panel, model);
         ui.add_space(2.0);
         search::field(ui, &mut panel, model);
         let query = Query::new(&model.search.text);

@@ -10,7 +10,7 @@ use bevy_egui::egui::{
 };
 
 use super::{
-    Panel, effective, hands, history,
+    Panel, effective, essentials, hands, history,
     model::{ContactModel, Done, EffectModel, GroupModel, PanelModel, Parameter},
     parameter::{self, Edit},
     search::Query,
@@ -21,6 +21,7 @@ use crate::{
     sandbox::ui::{number, theme},
     solver::GroupName,
 };
+use std::ptr;
 
 /// Width of the bar of a time fraction [logical px].
 const BAR: f32 = 60.0;
@@ -128,7 +129,13 @@ pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) 
     any
 }
 
-fn parameter_row(ui: &mut Ui, panel: &mut Panel, effect: &EffectModel, parameter: &Parameter) {
+/// Draws the row of a parameter.
+pub(super) fn parameter_row(
+    ui: &mut Ui,
+    panel: &mut Panel,
+    effect: &EffectModel,
+    parameter: &Parameter,
+) {
     let name = format!("{}.{}", effect.name, parameter.name);
     if let Some(edit) = parameter::row(ui, panel, (&name, Some(&name)), parameter) {
         panel.ask(Request::Parameter {
@@ -140,6 +147,12 @@ fn parameter_row(ui: &mut Ui, panel: &mut Panel, effect: &EffectModel, parameter
             },
         });
     }
+}
+
+/// Whether the user has changed a parameter of the effect, or a setting.
+pub(super) fn changed(effect: &EffectModel, model: &PanelModel) -> bool {
+    let mut all = effect.parameters.iter().chain(&model.settings);
+    all.any(|parameter| parameter.changed)
 }
 
 /// The choice of the group of vertices on which forces act.
@@ -184,7 +197,11 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
         state.toggle(ui);
     }
     state.show_body_unindented(ui, |ui| {
-        for parameter in &effect.parameters {
+        // What is always in sight is not shown twice.
+        let above = essentials::stiffness(model);
+        let is_above = |it: &Parameter| above.is_some_and(|(_, other)| ptr::eq(it, other));
+        let rest = effect.parameters.iter().filter(|it| !is_above(it));
+        for parameter in rest {
             parameter_row(ui, panel, effect, parameter);
         }
         if let Some(group) = &effect.group {
@@ -193,10 +210,10 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
         if let Some(note) = &effect.note {
             section::note(ui, note);
         }
-        if let Some(effective) = &effect.effective {
-            let parameters = effect.parameters.iter().chain(&model.settings);
-            let changed = parameters.into_iter().any(|parameter| parameter.changed);
-            effective::show(ui, panel, effect.name, effective, changed);
+        if let Some(effective) = &effect.effective
+            && above.is_none_or(|(other, _)| !ptr::eq(effect, other))
+        {
+            effective::show(ui, panel, effect.name, effective, changed(effect, model));
         }
         if let Some(range) = effect.overpressure {
             let text = RichText::new(overpressure(range))

@@ -42,7 +42,7 @@ use crate::{
         SimulationSettings, SoftBody, SolverThreads, Statistics, carried, plain::bodies_in_order,
         setting, system_names,
     },
-    solver::{EffectStates, Particles, available, measure},
+    solver::{EffectStates, Particles, Settings, available, measure},
 };
 
 /// The model of the current state.
@@ -106,6 +106,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         redo: world.resource::<TimeView>().redo.clone(),
         settings: settings(world),
         threads: threads(world),
+        ms_per_tick: statistics.ms_per_tick,
         projections: world.resource::<Throughput>().per_second(),
         steps: system_names(world),
         bodies: bodies.iter().map(|body| entry(world, *body)).collect(),
@@ -425,6 +426,7 @@ fn parameter_of(
         changed: values
             .iter()
             .any(|(value, original)| original.is_some_and(|original| original != *value)),
+        unusual: false,
     })
 }
 
@@ -462,6 +464,7 @@ fn settings(world: &World) -> Vec<Parameter> {
             original: Some(original),
             choices,
             changed: value != original,
+            unusual: Some(value) != setting(&Settings::default(), name),
         })
     };
     ROWS.iter().filter_map(row).collect()
@@ -482,6 +485,7 @@ fn threads(world: &World) -> Option<Parameter> {
         original: None,
         choices: &[],
         changed: false,
+        unusual: false,
     })
 }
 

@@ -105,6 +105,7 @@ fn number(
         original: Some(exact(usual)),
         choices: &[],
         changed: value != usual,
+        unusual: false,
     }
 }
 

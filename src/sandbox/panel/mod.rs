@@ -11,6 +11,7 @@ mod draw;
 mod effective;
 mod effects;
 pub mod energy;
+mod essentials;
 pub mod figures;
 mod file;
 pub mod first_steps;

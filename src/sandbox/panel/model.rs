@@ -44,6 +44,8 @@ pub struct PanelModel {
     pub settings: Vec<Parameter>,
     /// Number of solver threads; `None` if only one is available.
     pub threads: Option<Parameter>,
+    /// Time of the solver in the last tick [ms].
+    pub ms_per_tick: f64,
     /// Constraint projections per second, if there are any.
     pub projections: Option<f64>,
     /// Active steps of a substep, in order.
@@ -150,6 +152,8 @@ pub struct Parameter {
     pub choices: &'static [&'static str],
     /// Whether any selected body differs from its scene default.
     pub changed: bool,
+    /// Whether it is a setting that differs from the default of the program.
+    pub unusual: bool,
 }
 
 /// An entry of the list of bodies.

@@ -5,14 +5,10 @@ use bevy_egui::egui::{Button, RichText, Ui, Vec2};
 
 use super::{
     Panel, file,
-    model::{PanelModel, Parameter},
-    parameter::{self, Edit},
+    model::PanelModel,
     section::{self, RowButton},
 };
-use crate::sandbox::ui::{
-    theme,
-    track::{Spread, Track},
-};
+use crate::sandbox::ui::theme;
 
 /// Draws the open scene, the note, and the clock buttons.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
@@ -23,12 +19,6 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     answers(ui, panel, model);
     ui.add_space(4.0);
     transport(ui, panel, model);
-    if let Some(edit) = parameter::row(ui, panel, ("speed", None), &speed(model)) {
-        panel.ask(Request::Speed(match edit {
-            Edit::Set(value) => value,
-            Edit::Reset => 1.0,
-        }));
-    }
 }
 
 /// The switch of the analytic solutions, if the scene has any.
@@ -138,22 +128,5 @@ fn help(what: &str, title: Option<&str>, key: &str) -> String {
     match title {
         Some(title) => format!("{what}: {title} ({key})\n{rule}"),
         None => format!("Nothing to {} ({key})\n{rule}", what.to_lowercase()),
-    }
-}
-
-/// The speed of the clock as a parameter.
-fn speed(model: &PanelModel) -> Parameter {
-    Parameter {
-        choices: &[],
-        name: "speed",
-        title: "Speed",
-        unit: "×",
-        help: "Simulated seconds per second of real time. It changes only the playback, not the \
-               result.",
-        track: Track::new(0.01..=4.0, Spread::Logarithmic),
-        value: model.clock.speed,
-        spread: None,
-        original: Some(1.0),
-        changed: model.clock.speed != 1.0,
     }
 }

@@ -9,16 +9,38 @@ use bevy_egui::egui::{
 use super::Panel;
 use crate::sandbox::ui::theme;
 
-/// A collapsible section. Its heading is named `section.<title>` among the widget rectangles.
+/// A collapsible section, open at first. Its heading is named `section.<title>` among the widget
+/// rectangles.
 pub fn section(
     ui: &mut Ui,
     panel: &mut Panel,
     title: &str,
     body: impl FnOnce(&mut Ui, &mut Panel),
 ) {
+    let mut state = heading_of(ui, panel, title, true);
+    state.show_body_unindented(ui, |ui| body(ui, panel));
+}
+
+/// A collapsible section, folded at first; `body` draws all of it, or what is shown while it is folded.
+pub fn folded_section(
+    ui: &mut Ui,
+    panel: &mut Panel,
+    title: &str,
+    body: impl FnOnce(&mut Ui, &mut Panel, bool),
+) {
+    let mut state = heading_of(ui, panel, title, false);
+    if state.openness(ui.ctx()) == 0.0 {
+        body(ui, panel, false);
+    } else {
+        state.show_body_unindented(ui, |ui| body(ui, panel, true));
+    }
+}
+
+/// The heading of a collapsible section, with the state that a click changes.
+fn heading_of(ui: &mut Ui, panel: &mut Panel, title: &str, opens: bool) -> CollapsingState {
     ui.add_space(6.0);
     let id = Id::new(("panel section", title));
-    let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, true);
+    let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, opens);
     let size = vec2(ui.available_width(), 20.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| WidgetInfo::labeled(WidgetType::CollapsingHeader, true, title));
@@ -53,7 +75,7 @@ pub fn section(
         rect.center().y,
         Stroke::new(1.0, theme::of(ui).line),
     );
-    state.show_body_unindented(ui, |ui| body(ui, panel));
+    state
 }
 
 /// The heading of a section of search results.

@@ -81,6 +81,7 @@ fn size(ui: &mut Ui, panel: &mut Panel, spawn: &Spawn) {
         original: Some(original),
         choices: &[],
         changed: value != original,
+        unusual: false,
     };
     match parameter::row(ui, panel, ("spawn.size", None), &parameter) {
         Some(Edit::Set(value)) => panel.ask(Request::SpawnSize(value)),

@@ -1,5 +1,5 @@
-//! The section of the world: substeps, iterations, rate, gravity and threads, and the throughput of
-//! the solver.
+//! The section of the world: speed, iterations, rate, gravity and threads, and the throughput of the
+//! solver. Folded, it shows what differs from the defaults of the program.
 
 use crate::sandbox::state::request::Request;
 use bevy_egui::egui::{Align, Layout, RichText, Ui};
@@ -9,9 +9,15 @@ use super::{
     model::{PanelModel, Parameter},
     parameter::{self, Edit},
     search::Query,
-    section::{self, RowButton, section},
+    section::{self, folded_section},
 };
-use crate::sandbox::{panel::figures::millions, ui::theme};
+use crate::sandbox::{
+    panel::figures::millions,
+    ui::{
+        theme,
+        track::{Spread, Track},
+    },
+};
 
 /// Shown if only one thread is available.
 const ONE_THREAD: &str = if cfg!(feature = "parallel") {
@@ -22,36 +28,81 @@ const ONE_THREAD: &str = if cfg!(feature = "parallel") {
 
 /// Draws the rows of the world settings, named `world.<name>` among the widget rectangles.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
-    section(ui, panel, "World", |ui, panel| {
-        for setting in &model.settings {
+    folded_section(ui, panel, "World", |ui, panel, is_open| {
+        let speed = speed(model);
+        if is_open || speed.unusual {
+            speed_row(ui, panel, &speed);
+        }
+        let rest = model.settings.iter().filter(|it| it.name != SUBSTEPS);
+        for setting in rest.filter(|it| is_open || it.unusual) {
             row(ui, panel, setting);
         }
-        match &model.threads {
-            Some(threads) => threads_row(ui, panel, threads),
-            None => section::note(ui, ONE_THREAD),
+        if is_open {
+            match &model.threads {
+                Some(threads) => threads_row(ui, panel, threads),
+                None => section::note(ui, ONE_THREAD),
+            }
+            projections(ui, panel, model);
         }
-        projections(ui, panel, model);
-        accuracy(ui, panel);
     });
+}
+
+/// The setting that is [always in sight](super::essentials).
+const SUBSTEPS: &str = "substeps";
+
+/// Draws the row of the substeps.
+pub fn substeps(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    if let Some(setting) = model.settings.iter().find(|it| it.name == SUBSTEPS) {
+        row(ui, panel, setting);
+    }
+}
+
+/// The speed of the clock as a parameter.
+fn speed(model: &PanelModel) -> Parameter {
+    let value = model.clock.speed;
+    Parameter {
+        choices: &[],
+        name: "speed",
+        title: "Speed",
+        unit: "×",
+        help: "Simulated seconds per second of real time. It changes only the playback, not the \
+               result.",
+        track: Track::new(0.01..=4.0, Spread::Logarithmic),
+        value,
+        spread: None,
+        original: Some(1.0),
+        changed: value != 1.0,
+        unusual: value != 1.0,
+    }
+}
+
+fn speed_row(ui: &mut Ui, panel: &mut Panel, speed: &Parameter) {
+    if let Some(edit) = parameter::row(ui, panel, ("speed", None), speed) {
+        panel.ask(Request::Speed(match edit {
+            Edit::Set(value) => value,
+            Edit::Reset => 1.0,
+        }));
+    }
 }
 
 /// Draws the settings that match a search, and returns whether there are any.
 pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) -> bool {
+    let speed = Some(speed(model)).filter(|it| query.finds(it));
     let settings = model.settings.iter().filter(|it| query.finds(it));
+    let settings = settings.filter(|it| it.name != SUBSTEPS);
     let settings: Vec<_> = settings.collect();
     let threads = model.threads.as_ref().filter(|it| query.finds(it));
-    let accuracy_found = query.matches(&["Accuracy vs. cost error"]);
-    let any = !settings.is_empty() || threads.is_some() || accuracy_found;
+    let any = speed.is_some() || !settings.is_empty() || threads.is_some();
     if any {
         section::heading(ui, "World");
+        if let Some(speed) = speed {
+            speed_row(ui, panel, &speed);
+        }
         for setting in settings {
             row(ui, panel, setting);
         }
         if let Some(threads) = threads {
             threads_row(ui, panel, threads);
-        }
-        if accuracy_found {
-            accuracy(ui, panel);
         }
     }
     any
@@ -76,17 +127,6 @@ fn threads_row(ui: &mut Ui, panel: &mut Panel, threads: &Parameter) {
             Edit::Set(value) => Some(value),
             Edit::Reset => None,
         }));
-    }
-}
-
-fn accuracy(ui: &mut Ui, panel: &mut Panel) {
-    let button = RowButton::new(
-        "world.accuracy",
-        "Accuracy vs. cost",
-        "Measure error and time per tick at many settings, in the background (A)",
-    );
-    if section::button_row(ui, panel, &[button]).is_some() {
-        panel.ask(Request::Accuracy);
     }
 }
 
