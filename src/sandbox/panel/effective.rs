@@ -2,7 +2,7 @@
 
 use crate::sandbox::state::request::Request;
 use bevy::prelude::*;
-use bevy_egui::egui::{Label, RichText, Ui};
+use bevy_egui::egui::{Color32, Label, RichText, Ui};
 use std::collections::BTreeMap;
 
 use super::{
@@ -133,31 +133,84 @@ pub(super) fn show(
     effective: &EffectiveModel,
     changed: bool,
 ) {
+    let text = RichText::new(words(effective)).small();
+    let text = text.color(color(ui, effective, changed));
+    let response = ui.add(Label::new(text).wrap()).on_hover_text(HELP);
+    panel.note(format!("{effect}.effective"), &response, ui);
+    use_substeps(ui, panel, effective);
+}
+
+/// Draws it in a row of constant height, so that nothing below moves: in few words, with the button beside
+/// them.
+pub(super) fn row(
+    ui: &mut Ui,
+    panel: &mut Panel,
+    effect: &str,
+    effective: Option<&EffectiveModel>,
+    changed: bool,
+) {
+    ui.horizontal(|ui| {
+        ui.set_min_height(theme::ROW + 2.0);
+        let Some(effective) = effective else {
+            let text = RichText::new("Effective compliance: not measured").small();
+            ui.label(text.color(theme::of(ui).weak));
+            return;
+        };
+        let text = RichText::new(few_words(effective)).small();
+        let text = text.color(color(ui, effective, changed));
+        let response = ui.add(Label::new(text).truncate());
+        let more = format!("{}\n{HELP}", words(effective));
+        panel.note(
+            format!("{effect}.effective"),
+            &response.on_hover_text(more),
+            ui,
+        );
+        use_substeps(ui, panel, effective);
+    });
+}
+
+/// How it is computed.
+const HELP: &str = "Computed from multipliers and residual strains of the bodies shown, averaged over about a \
+     second. Valid near rest; unreliable while the body swings or is hit.";
+
+fn color(ui: &Ui, effective: &EffectiveModel, changed: bool) -> Color32 {
     let differs = effective.limited && effective.factor.is_some();
-    let color = match (differs, changed) {
+    match (differs, changed) {
         (true, true) => theme::of(ui).changed,
         (true, false) => theme::of(ui).text,
         (false, _) => theme::of(ui).weak,
+    }
+}
+
+/// The button that sets the substeps which would reach the requested compliance, if any would.
+fn use_substeps(ui: &mut Ui, panel: &mut Panel, effective: &EffectiveModel) {
+    let Some(substeps) = effective.substeps.filter(|_| effective.limited) else {
+        return;
     };
-    let text = RichText::new(words(effective)).small().color(color);
-    let response = ui.add(Label::new(text).wrap()).on_hover_text(
-        "Computed from multipliers and residual strains of the bodies shown, averaged over about a \
-         second. Valid near rest; unreliable while the body swings or is hit.",
+    let text = match substeps {
+        1 => "Use 1 substep".to_owned(),
+        _ => format!("Use {substeps} substeps"),
+    };
+    let help = "Set the substeps per tick to the number that reaches the requested compliance";
+    let button = RowButton::new("use_substeps", &text, help);
+    if section::button_row(ui, panel, &[button]).is_some() {
+        panel.ask(Request::Setting {
+            name: "substeps",
+            value: Some(substeps.into()),
+        });
+    }
+}
+
+fn few_words(effective: &EffectiveModel) -> String {
+    let value = format!(
+        "Effective {} {}",
+        format(effective.effective, 2),
+        effective.unit
     );
-    panel.note(format!("{effect}.effective"), &response, ui);
-    if let Some(substeps) = effective.substeps.filter(|_| effective.limited) {
-        let text = match substeps {
-            1 => "Use 1 substep".to_owned(),
-            _ => format!("Use {substeps} substeps"),
-        };
-        let help = "Set the substeps per tick to the number that reaches the requested compliance";
-        let button = RowButton::new("use_substeps", &text, help);
-        if section::button_row(ui, panel, &[button]).is_some() {
-            panel.ask(Request::Setting {
-                name: "substeps",
-                value: Some(substeps.into()),
-            });
-        }
+    match effective.factor {
+        None => format!("{value}, requested: rigid"),
+        Some(_) if !effective.limited => format!("{value}, as requested"),
+        Some(factor) => format!("{value}: {}×", format(factor, 2)),
     }
 }
 

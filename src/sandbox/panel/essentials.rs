@@ -8,7 +8,7 @@ use super::{
     world,
 };
 use crate::sandbox::{state::request::Request, ui::theme};
-use bevy_egui::egui::{Frame, Margin, RichText, Stroke, Ui, vec2};
+use bevy_egui::egui::{Frame, Label, Margin, RichText, Stroke, Ui, vec2};
 
 /// Parameters by which an effect is soft or stiff.
 const STIFFNESS: [&str; 2] = ["compliance", "youngs_modulus"];
@@ -38,26 +38,19 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             None => section::note(ui, "No body with a compliance is selected."),
         }
         world::substeps(ui, panel, model);
-        if let Some((effect, _)) = stiffness(model)
-            && let Some(effective) = &effect.effective
-        {
-            effective::show(
-                ui,
-                panel,
-                effect.name,
-                effective,
-                effects::changed(effect, model),
-            );
+        if let Some((effect, _)) = stiffness(model) {
+            let changed = effects::changed(effect, model);
+            effective::row(ui, panel, effect.name, effect.effective.as_ref(), changed);
         }
         ui.horizontal(|ui| {
             let time = format!("{:.2} ms per tick", model.ms_per_tick);
             let size = vec2(0.42 * ui.available_width(), theme::ROW);
             let label = RichText::new(time).color(theme::of(ui).strong);
-            let time = ui.add_sized(size, bevy_egui::egui::Label::new(label).truncate());
+            let time = ui.add_sized(size, Label::new(label).truncate());
             panel.note("ms_per_tick", &time, ui);
             time.on_hover_text(
-                "Time of the solver in the last tick. It keeps up with real time while \
-                                this is less than the simulated time of a tick.",
+                "Time of the solver in the last tick. It keeps up with real time while this is less \
+                 than the simulated time of a tick.",
             );
             let button = RowButton::new(
                 "accuracy",
