@@ -67,7 +67,7 @@ fn main() -> anyhow::Result<()> {
     let registry = names.world_mut().resource::<EffectRegistry>();
     let effects: Vec<_> = registry.iter().cloned().collect();
     for effect in &effects {
-        // The direct solver does not use iterations: it is measured in `benches/README.md`.
+        // The direct solver does not use iterations: `docs/dev/optimization-log.md` has its figures.
         let Some(insert) = effect.insert_default.filter(|_| effect.name != "direct") else {
             continue;
         };

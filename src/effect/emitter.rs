@@ -36,7 +36,7 @@ impl Effect for Emitter {
         ),
         parameter!(
             spread: Angle, "Spread", "°",
-            "Largest angle between the direction of a grain and that of the emitter.",
+            "Largest angle between the directions of a grain and of the emitter.",
             (0.0, 180.0), Scale::Linear
         ),
         parameter!(
@@ -102,7 +102,7 @@ impl Effect for BodyEmitter {
         ),
         parameter!(
             spread: Angle, "Spread", "°",
-            "Largest angle between the direction of a copy and that of the emitter.",
+            "Largest angle between the directions of a copy and of the emitter.",
             (0.0, 180.0), Scale::Linear
         ),
         parameter!(

@@ -51,7 +51,7 @@ impl Effect for Rod {
         ),
         parameter!(
             curl: Curl, "Curl", "× mesh",
-            "Curvature at rest, relative to that of the mesh: 0 is straight.",
+            "Curvature at rest, relative to the curvature of the mesh: 0 is straight.",
             (0.0, 2.0), Scale::Linear
         ),
         parameter!(

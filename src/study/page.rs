@@ -329,11 +329,11 @@ pub(super) fn method(study: &Study) -> Block {
              passes a peak. The result is a fixed point of the substep, including the excess \
              compliance of an unconverged solver."
                 .to_owned(),
-            "The converged solution of a motion is that of the f64 reference at h, h/2 and h/4, \
-             extrapolated. That of a state of rest is the static equilibrium, the minimum of Σ ½C²/α \
-             minus the work of the load, by Newton's method in f64. With contacts or other forces \
-             without a potential, it is that of the f64 reference with multipliers kept from substep \
-             to substep, where C + αλ/h² = 0 and forces balance."
+            "The converged solution of a motion is extrapolated from the f64 reference at h, h/2 and h/4. \
+             A state of rest is the static equilibrium, the minimum of Σ ½C²/α minus the work of the \
+             load, by Newton's method in f64. With contacts or other forces without a potential, it \
+             comes from the f64 reference with multipliers kept from substep to substep, where \
+             C + αλ/h² = 0 and forces balance."
                 .to_owned(),
             "Primal residual: root mean square of C + αλ/h² over rest lengths and volumes. Dual \
              residual: difference of M(x − x̃) and Σ∇C λ, relative to the former."

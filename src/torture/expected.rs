@@ -54,7 +54,7 @@ pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
             "cube3,scale=0.001,compliance=1e-4,damping=0.02,steps=32x1",
             "ball4,scale=0.01,compliance=1e-4,damping=0.02,steps=4x1",
         ],
-        reason: "the iteration of the stiffer edges undoes that of the volumes; the error falls with more iterations",
+        reason: "the pass over the stiffer edges undoes the pass over the volumes; the error falls with more iterations",
     },
     ExpectedFailure {
         case: "dragged",

@@ -1,7 +1,7 @@
 //! Bodies on mesh colliders that turn, shake and pass: combinations of everything that matters, drawn by
 //! number. None may cross.
 //!
-//! The suite draws a few. On demand, twenty times as many, five hundred, in some 20 minutes:
+//! The suite draws a few. On demand, twenty times as many, five hundred, in some half an hour:
 //!
 //! ```sh
 //! PLIANT_FUZZ=20 cargo test --release --test suite -- contact_sweep

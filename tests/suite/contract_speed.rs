@@ -198,7 +198,7 @@ fn the_schedules_and_the_plan_that_replaces_them_give_the_same_bits() {
 }
 
 /// Every built-in scene gives the same bits on every machine. After an intended change,
-/// `PLIANT_MINT=1 cargo test` writes the file anew, and CHANGELOG.md gives the reason.
+/// `PLIANT_MINT=1 cargo test` writes the file anew, and the commit says why.
 #[test]
 fn every_scene_has_its_golden_hash() {
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden_hashes.txt");

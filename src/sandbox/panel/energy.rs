@@ -171,7 +171,7 @@ fn words(row: &str) -> (&'static str, &'static str) {
         ),
         "convergence" => (
             "Convergence",
-            "Error of the unconverged solve: stored energy and damping above are those of the \
+            "Error of the unconverged solve: stored energy and damping above belong to the \
              requested material, but a softer one is simulated. More substeps or iterations \
              reduce it.",
         ),
@@ -182,8 +182,8 @@ fn words(row: &str) -> (&'static str, &'static str) {
         ),
         "torn" => (
             "Tearing and cutting",
-            "Energy added by duplicating edges along cracks, minus that of hinges and joints that \
-             broke. The fracture energy turns into motion, which dissipates.",
+            "Energy added by duplicating edges along cracks, minus the energy of hinges and joints \
+             that broke. The fracture energy turns into motion, which dissipates.",
         ),
         _ => (
             "Edits and sleep",
