@@ -49,7 +49,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             let time = ui.add_sized(size, Label::new(label).truncate());
             panel.note("ms_per_tick", &time, ui);
             time.on_hover_text(
-                "Time of the solver in the last tick. It keeps up with real time while this is less \
+                "Time of the solver in a tick, the median of the last 60. It keeps up with real time while this is less \
                  than the simulated time of a tick.",
             );
             let button = RowButton::new(

@@ -53,8 +53,8 @@ pub fn figures(
             format!("{:.2} ms", statistics.ms_per_tick),
             "per tick",
             "Time per tick",
-            "Real time of the solver in the last tick, without the ECS and without statistics. It \
-             keeps up with real time while this is less than the simulated time of a tick.",
+            "Real time of the solver in a tick, without the ECS and without statistics: the \
+             median of the last 60 ticks. It keeps up with real time while this is less than the simulated time of a tick.",
         ),
         figure(
             count(statistics.particles),

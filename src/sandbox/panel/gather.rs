@@ -6,6 +6,7 @@ use bevy::prelude::*;
 
 use super::{
     PanelState, effective, energy, history,
+    hud::HeadUp,
     model::{
         BodyEntry, BodyState, ClockModel, ContactModel, Done, EffectModel, FileModel, GrabModel,
         GroupModel, PanelModel, Parameter, StageModel, StoredEnergy,
@@ -106,7 +107,9 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         redo: world.resource::<TimeView>().redo.clone(),
         settings: settings(world),
         threads: threads(world),
-        ms_per_tick: statistics.ms_per_tick,
+        ms_per_tick: world
+            .get_resource::<HeadUp>()
+            .map_or(statistics.ms_per_tick, HeadUp::ms_per_tick),
         projections: world.resource::<Throughput>().per_second(),
         steps: system_names(world),
         bodies: bodies.iter().map(|body| entry(world, *body)).collect(),

@@ -20,6 +20,7 @@ use crate::sandbox::{
     ui::{area, format, theme},
 };
 use crate::simulation::{SimulationClock, SoftBody, Statistics};
+use std::collections::VecDeque;
 
 /// Update rate of the figures [1/s].
 const REFRESH: f32 = 5.0;
@@ -35,6 +36,51 @@ pub struct HeadUp {
     frames: u32,
     seconds: f32,
     pace: Pace,
+    times: TickTimes,
+}
+
+impl HeadUp {
+    /// Median time of the solver in the ticks of the last second [ms].
+    pub fn ms_per_tick(&self) -> f64 {
+        self.times.median
+    }
+}
+
+/// Times of the solver in the last ticks.
+#[derive(Debug, Default)]
+struct TickTimes {
+    /// The last ones [ms], oldest first.
+    last: VecDeque<f64>,
+    /// The tick of the last one.
+    tick: u64,
+    /// Their median when it was shown last [ms].
+    median: f64,
+}
+
+impl TickTimes {
+    /// Number of ticks: a second at the default rate.
+    const COUNT: usize = 60;
+
+    fn push(&mut self, statistics: &Statistics) {
+        if statistics.tick == self.tick {
+            return;
+        }
+        if statistics.tick < self.tick {
+            self.last.clear();
+        }
+        self.tick = statistics.tick;
+        if self.last.len() == Self::COUNT {
+            self.last.pop_front();
+        }
+        self.last.push_back(statistics.ms_per_tick);
+    }
+
+    fn find_median(&mut self) -> f64 {
+        let mut sorted = Vec::from_iter(self.last.iter().copied());
+        sorted.sort_by(f64::total_cmp);
+        self.median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+        self.median
+    }
 }
 
 /// Simulated seconds per real second.
@@ -110,6 +156,7 @@ fn refresh(
     followed: Res<Followed>,
 ) {
     head_up.frames += 1;
+    head_up.times.push(&statistics);
     head_up.seconds += time.delta_secs();
     if activity.is_idle() {
         head_up.pace = Pace::default();
@@ -126,7 +173,11 @@ fn refresh(
     if head_up.seconds >= 1.0 / REFRESH || activity.is_idle() {
         let rate = head_up.frames as f32 / head_up.seconds;
         let rate = (!activity.is_idle()).then_some(rate);
-        head_up.figures = figures(rate, &statistics, throughput.per_second());
+        let shown = Statistics {
+            ms_per_tick: head_up.times.find_median(),
+            ..statistics.clone()
+        };
+        head_up.figures = figures(rate, &shown, throughput.per_second());
         head_up.frames = 0;
         head_up.seconds = 0.0;
     }

@@ -44,7 +44,7 @@ pub struct PanelModel {
     pub settings: Vec<Parameter>,
     /// Number of solver threads; `None` if only one is available.
     pub threads: Option<Parameter>,
-    /// Time of the solver in the last tick [ms].
+    /// Median time of the solver in the ticks of the last second [ms].
     pub ms_per_tick: f64,
     /// Constraint projections per second, if there are any.
     pub projections: Option<f64>,
