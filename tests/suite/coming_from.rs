@@ -1,8 +1,5 @@
 //! The formulas of `docs/coming-from.md`: Pliant compared with the equations of other engines,
 //! written out here in f64, and the names of the parameters on that page.
-//!
-//! Those of Jolt, Rapier and Bullet that can be run beside Pliant are in
-//! `benches/peers/src/sanity.rs`.
 
 use crate::{
     support::{
