@@ -150,7 +150,7 @@ use bevy::{
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-/// The same for the example of `docs/library.md`.
+/// The same for the examples of `docs/library.md`.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/library.md")]
 struct Library;

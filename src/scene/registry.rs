@@ -1,6 +1,6 @@
 //! The built-in scenes, embedded in the program, so that an installed one needs no data folder.
 //! This list is used by the scene browser, the command line and the tests, which compare it with
-//! `docs/scenes.md`.
+//! `docs/scene-list.md`.
 
 /// Subject of a built-in scene, by which the scene browser groups it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -94,13 +94,15 @@ macro_rules! scenes {
 /// All built-in scenes, the default one first. Those of [meshes of Stanford](super::asset::ASSETS) are
 /// there with the feature `program` only.
 pub const SCENES: &[BuiltinScene] = scenes![
+    #[cfg(feature = "program")]
+    "welcome" Start 0.5,
     "jelly_cube" Start 0.42,
     #[cfg(feature = "program")]
     "bunny" Start 0.5,
     "teapot" Solids 0.5,
     #[cfg(feature = "program")]
     "dragon" Solids 0.6,
-    "shapes" Start 0.55,
+    "shapes" Solids 0.55,
     "many_bodies" Contact 1.2,
     "pile" Contact 1.5,
     "bowl" Contact 2.0,

@@ -59,6 +59,7 @@ mod sandbox_browser;
 #[cfg(feature = "window")]
 mod sandbox_coloring;
 #[cfg(feature = "window")]
+mod sandbox_first_minute;
 mod sandbox_framing;
 #[cfg(feature = "window")]
 mod sandbox_gallery;

@@ -13,7 +13,7 @@ fn file(name: &str) -> String {
 
 #[test]
 fn the_documents_list_every_scene_as_the_scene_describes_itself() {
-    let document = file("docs/scenes.md");
+    let document = file("docs/scene-list.md");
     for builtin in SCENES {
         let scene = Scene::load(builtin.name)
             .expect("built-in scenes are valid")

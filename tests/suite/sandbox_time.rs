@@ -637,7 +637,7 @@ fn session(path: &Path) -> u64 {
 
 /// Run it with `cargo test --release --test suite -- --ignored --nocapture cost_of_the_timeline`.
 #[test]
-#[ignore = "prints the table of docs/window.md"]
+#[ignore = "prints the table of docs/results/window.md"]
 fn cost_of_the_timeline() {
     let median = |mut times: Vec<f64>| {
         times.sort_by(f64::total_cmp);

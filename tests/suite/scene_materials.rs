@@ -211,9 +211,9 @@ fn a_solid_hangs_down_as_far_on_three_meshes_unless_it_keeps_its_volume() {
             sag(&primitive, &besides, |x| -x.y)
         });
         // Linear tetrahedra lock where Poisson's ratio is near a half: there are more volume
-        // constraints than degrees of freedom. `docs/accuracy.md` has the excess stiffness of
-        // coarse bars of rubber and jelly relative to fine ones; this test only checks that it does
-        // not increase.
+        // constraints than degrees of freedom. `docs/results/accuracy.md` has the excess stiffness
+        // of coarse bars of rubber and jelly relative to fine ones; this test only checks that it
+        // does not increase.
         let promised = match name.as_str() {
             "foam" => 0.05,
             _ => 0.33,

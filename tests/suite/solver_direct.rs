@@ -298,7 +298,7 @@ fn a_neo_hookean_beam_is_converged_at_one_substep_and_one_iteration() {
     let fine = lowest(16);
     for substeps in [1, 4] {
         let found = lowest(substeps);
-        // One substep is off by 5e-5, see `docs/accuracy.md`.
+        // One substep is off by 5e-5, see `docs/results/accuracy.md`.
         assert!(
             (found / fine - 1.0).abs() < 1e-4,
             "{substeps} substeps: {found} m, {fine} m with 16"

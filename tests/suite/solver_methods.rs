@@ -476,7 +476,7 @@ fn strain_against_iterations_in_the_lab_is_as_documented() {
         table += &format!("| {passes} | {mean:.1} % | {most:.0} % |\n");
     }
     println!("{table}");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scenes.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/results/accuracy.md");
     let document = fs::read_to_string(&path).expect("it is there");
     let (start, rest) = document.split_once(BEGIN).expect("where it begins");
     let (_, end) = rest.split_once(END).expect("where it ends");

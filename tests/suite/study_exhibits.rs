@@ -1,4 +1,4 @@
-//! Diagrams and table of `docs/accuracy.md` are regenerated from the points in
+//! Diagrams and table of `docs/results/accuracy.md` are regenerated from the points in
 //! `assets/readme/study`, and the points that they show are recomputed.
 
 use pliant::study::{
@@ -216,13 +216,13 @@ fn the_documented_accuracy_is_what_the_study_finds() {
         "problems or budget are others now"
     );
 
-    let document = read(&file("docs/accuracy.md"));
+    let document = read(&file("docs/results/accuracy.md"));
     let (before, rest) = document.split_once(BEGIN).expect("where it begins");
     let (_, after) = rest.split_once(END).expect("where it ends");
     let table = exhibit(&read(&folder.join("report.md")), &study);
     let right = format!("{before}{BEGIN}{table}{END}{after}");
     if minting {
-        fs::write(file("docs/accuracy.md"), &right).expect("writable");
+        fs::write(file("docs/results/accuracy.md"), &right).expect("writable");
     } else {
         assert_eq!(document, right);
     }
@@ -234,7 +234,7 @@ fn the_documented_accuracy_is_what_the_study_finds() {
         } else {
             assert!(drawn == read(&path), "{} is stale", path.display());
         }
-        assert!(document.contains(&format!("(../assets/readme/study/{name}.svg)")));
+        assert!(document.contains(&format!("(../../assets/readme/study/{name}.svg)")));
     }
     fs::remove_dir_all(folder).expect("it was made here");
 

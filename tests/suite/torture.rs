@@ -39,7 +39,7 @@ fn of(case: &str) -> Options {
     }
 }
 
-/// The part of docs/robustness.md that is generated: the table, and the expected failures.
+/// The part of docs/results/robustness.md that is generated: the table, and the expected failures.
 fn exhibit(rows: &[SuiteRow]) -> String {
     let cells = rows.iter().map(|row| table::cells(row).to_vec());
     document::markdown(&[
@@ -90,8 +90,9 @@ fn documented(text: &str) -> HashMap<(String, String), [String; 8]> {
     named.collect()
 }
 
-/// Members of the quick set pass except the expected failures, which all fail, and docs/robustness.md
-/// and README contain their figures to the digit, as they are identical on every machine.
+/// Members of the quick set pass except the expected failures, which all fail, and
+/// docs/results/robustness.md and README contain their figures to the digit, as they are identical on
+/// every machine.
 ///
 /// The suite runs the members that the table of the documents names, all expected failures and every
 /// sixteenth of the others: those of the table must still be the worst of their rows. On demand, all; and
@@ -104,7 +105,8 @@ fn documented(text: &str) -> HashMap<(String, String), [String; 8]> {
 #[test]
 fn the_quick_set_passes_and_the_documents_state_its_results() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let [robustness, readme] = ["docs/robustness.md", "README.md"].map(|name| root.join(name));
+    let [robustness, readme] =
+        ["docs/results/robustness.md", "README.md"].map(|name| root.join(name));
     let mut jobs = jobs(&quick()).expect("cases that there are");
     let members = jobs.len();
     let [mints, is_whole] = ["PLIANT_MINT", "PLIANT_FUZZ"].map(|it| env::var_os(it).is_some());
@@ -148,12 +150,16 @@ fn the_quick_set_passes_and_the_documents_state_its_results() {
         let said = documented.get(&(cells[0].clone(), cells[3].clone()));
         let said = said.unwrap_or_else(|| panic!("worse than documented: {cells:?}"));
         cells[2].clone_from(&said[2]);
-        assert_eq!(cells, *said, "docs/robustness.md is stale");
+        assert_eq!(cells, *said, "docs/results/robustness.md is stale");
     }
-    assert_eq!(rows.len(), documented.len(), "rows of docs/robustness.md");
+    assert_eq!(
+        rows.len(),
+        documented.len(),
+        "rows of docs/results/robustness.md"
+    );
     let all = documented.values().map(|cells| cells[2].parse::<usize>());
     let all: usize = all.map(|count| count.expect("a number")).sum();
-    assert_eq!(all, members, "members of docs/robustness.md");
+    assert_eq!(all, members, "members of docs/results/robustness.md");
     let text = fs::read_to_string(readme).expect("the file is there");
     let said = text.contains(&format!("{members} members of "));
     assert!(said, "README.md is stale");
