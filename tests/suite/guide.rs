@@ -172,3 +172,10 @@ fn anchors_of_headings_are_those_of_github() {
     ];
     assert_eq!(anchors(text), BTreeSet::from(expected.map(str::to_owned)));
 }
+
+/// A page that opens with megabytes is not read where the net is slow.
+#[test]
+fn the_moving_picture_of_the_readme_is_small() {
+    let film = fs::metadata(root().join("assets/readme/film.gif")).expect("it is there");
+    assert!(film.len() <= 3_000_000, "{} bytes", film.len());
+}
