@@ -1,18 +1,23 @@
 //! Overhead of the ECS: a tick by Bevy compared with the same tick of the plain loop, in turn.
 //!
 //! `cargo bench --bench ecs` prints the ratio for the coarse bunny, as whole ticks and through the
-//! substep schedules, and the cost of a substep of a single tetrahedron.
+//! substep schedules, and the cost of a substep of a single tetrahedron; then what an app that does something
+//! to one body costs another: the time of a tick of a cloth of 64² cells with 16 substeps beside a cube, as a
+//! ratio to that of the two left alone.
 
-use bevy::{
-    math::{UVec3, Vec3},
-    prelude::{App, IntoScheduleConfigs},
-};
+use bevy::{math::DVec3, prelude::*};
 use pliant::{
     SoftBodyPlugins,
-    mesh::{self, BuildOptions, Primitive},
+    effect::{Effect, EffectPlugin, ExternalForce, Grabs, PinTargets},
+    mesh::{self, BuildOptions, Diagonals, Primitive},
     prelude::*,
-    simulation::{SolvePhase, SolveSchedule, SolverThreads, plain, tick},
-    solver::{Body, RestShape, Threads, VertexIndex, World},
+    simulation::{
+        Active, Asleep, CurrentSubstep, EffectSystems, SolvePhase, SolveSchedule, SolverSystems,
+        SolverThreads, SubstepSchedule, plain, tick,
+    },
+    solver::{
+        Body, Grab, ParticleIndex, RestShape, Substeps, SurfacePoint, Threads, VertexIndex, World,
+    },
 };
 use std::{
     path::Path,
@@ -64,6 +69,118 @@ fn main() -> anyhow::Result<()> {
             scheduled / plain
         );
     }
+    for threads in [1, 2] {
+        beside(threads)?;
+    }
+    Ok(())
+}
+
+/// What an app does to the cube, or to the cloth.
+const DEEDS: [(&str, fn(&mut App, [Entity; 2])); 8] = [
+    ("the cloth and a cube", |_, _| ()),
+    ("an external force on the cube", |app, [_, cube]| {
+        let force = ExternalForce::on_whole(Vec3::Y);
+        app.world_mut().entity_mut(cube).insert(force);
+    }),
+    ("a pin of the cube is moved", |app, [_, cube]| {
+        let target = PinTargets::of(VertexIndex(0), Vec3::new(3.0, 1.0, 0.0));
+        app.world_mut().entity_mut(cube).insert(target);
+    }),
+    ("a grab of the cube", |app, [_, cube]| {
+        let grab = Grab::on(corner(), Vec3::new(3.0, 1.0, 0.0), 1.0, 0.4, 9.81);
+        app.world_mut().entity_mut(cube).insert(grab);
+    }),
+    ("two grabs of the cube", |app, [_, cube]| {
+        let grab = Grab::on(corner(), Vec3::new(3.0, 1.0, 0.0), 1.0, 0.4, 9.81);
+        let grabs = Grabs::new([grab, grab]);
+        app.world_mut().entity_mut(cube).insert(grabs);
+    }),
+    ("an effect of the app on the cube", |app, [_, cube]| {
+        app.world_mut().entity_mut(cube).insert(Breeze);
+    }),
+    ("the cube sleeps", |app, [_, cube]| {
+        app.world_mut().entity_mut(cube).insert(Asleep);
+    }),
+    ("an external force on the cloth", |app, [cloth, _]| {
+        let force = ExternalForce::on_whole(Vec3::Y);
+        app.world_mut().entity_mut(cloth).insert(force);
+    }),
+];
+
+/// An effect of an app.
+#[derive(Component)]
+struct Breeze;
+
+impl Effect for Breeze {
+    const NAME: &'static str = "breeze";
+    const TITLE: &'static str = "Breeze";
+    const SUMMARY: &'static str = "Pushes a body along x.";
+    type State = ();
+
+    fn add_systems(schedules: &mut Schedules) {
+        let blow = |step: Res<CurrentSubstep>, mut bodies: Query<&mut Particles, Carriers>| {
+            for mut particles in &mut bodies {
+                let change = DVec3::X * f64::from(step.seconds(&particles));
+                for i in 0..particles.len() {
+                    particles.accelerate(i, change);
+                }
+            }
+        };
+        let system = blow.in_set(EffectSystems(Self::NAME));
+        schedules.add_systems(SubstepSchedule, system.in_set(SolverSystems::Forces));
+    }
+}
+
+type Carriers = (With<Breeze>, Active);
+
+fn corner() -> SurfacePoint {
+    SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("a point")
+}
+
+/// Compares the deeds in turn, on some threads.
+fn beside(threads: usize) -> anyhow::Result<()> {
+    let cloth = Primitive::Cloth {
+        size: Vec2::ONE,
+        cells: UVec2::splat(64),
+        diagonals: Diagonals::default(),
+        shear: true,
+    };
+    let cube = Primitive::Box {
+        size: Vec3::splat(0.4),
+        cells: UVec3::splat(2),
+    };
+    let mut both = world(cloth.build()?.shape)?;
+    both.bodies[0].effects.volume = None;
+    let mut cube = world(cube.build()?.shape)?.bodies.remove(0);
+    cube.name = "cube".to_owned();
+    cube.translate(Vec3::X * 3.0);
+    both.bodies.push(cube);
+    both.settings.substeps = Substeps::of(16);
+    let mut apps = Vec::new();
+    for (_, deed) in DEEDS {
+        let mut app = app_without_bodies(Threads::new(threads)?);
+        let (bodies, _) = plain::spawn(app.world_mut(), &both);
+        deed(&mut app, [bodies[0], bodies[1]]);
+        apps.push(app);
+    }
+    let mut times = DEEDS.map(|_| Vec::new());
+    for _ in 0..ROUNDS {
+        for (app, times) in apps.iter_mut().zip(&mut times) {
+            times.push(time(20, || tick(app.world_mut())).as_secs_f64() / 20.0);
+        }
+    }
+    println!("a cloth of 64² cells beside a cube, 16 substeps a tick, {threads} threads");
+    let medians = times.map(|mut times| {
+        times.sort_unstable_by(f64::total_cmp);
+        times[ROUNDS / 2]
+    });
+    for ((name, _), median) in DEEDS.iter().zip(medians) {
+        let ratio = median / medians[0];
+        println!(
+            "  {name:35} {:6.3} ms a tick, {ratio:.2} times as long",
+            median * 1e3
+        );
+    }
     Ok(())
 }
 
@@ -87,12 +204,20 @@ fn world(shape: RestShape) -> anyhow::Result<World> {
 }
 
 fn app(world: &World) -> App {
+    let mut app = app_without_bodies(Threads::default());
+    plain::spawn(app.world_mut(), world);
+    app
+}
+
+fn app_without_bodies(threads: Threads) -> App {
     let mut app = App::new();
-    app.add_plugins(SoftBodyPlugins::default());
-    app.insert_resource(SolverThreads(Threads::default()));
+    app.add_plugins((
+        SoftBodyPlugins::default(),
+        EffectPlugin::<Breeze>::default(),
+    ));
+    app.insert_resource(SolverThreads(threads));
     app.finish();
     app.cleanup();
-    plain::spawn(app.world_mut(), world);
     app
 }
 

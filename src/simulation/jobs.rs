@@ -14,7 +14,10 @@ use crate::solver::{
     ledger::{self, Ledger},
     together::{self, COLLIDE, GroupedBody, must_step_together},
 };
-use bevy::{ecs::system::SystemParam, prelude::*};
+use bevy::{
+    ecs::{entity::EntityHashSet, system::SystemParam},
+    prelude::*,
+};
 use std::{collections::BTreeMap, mem::take, ops::Range, time::Instant};
 
 /// The components that [`Stepper`] needs.
@@ -259,9 +262,57 @@ impl BodyContacts {
     }
 }
 
+/// The bodies that the schedules of a substep step, stage by stage; the others run whole ticks in the solver.
+#[derive(Resource, Debug, Default, Clone, PartialEq, Eq)]
+pub(super) enum Staged {
+    /// None: the schedules hold nothing but the plan of the solver.
+    #[default]
+    Nobody,
+    /// Those that carry an effect with systems of its own.
+    Some {
+        /// They, and the bodies that are stepped together with one of them.
+        bodies: EntityHashSet,
+        /// Whether the bodies that are stepped together are among them.
+        group: bool,
+    },
+    /// All: a system that belongs to no effect may act on each.
+    All,
+}
+
+/// How a body is stepped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Road {
+    /// Through some substeps at once.
+    Whole,
+    /// Stage by stage.
+    Staged,
+}
+
+impl Staged {
+    fn takes(&self, body: Entity, road: Road) -> bool {
+        let is_staged = match self {
+            Self::Nobody => false,
+            Self::Some { bodies, .. } => bodies.contains(&body),
+            Self::All => true,
+        };
+        is_staged == (road == Road::Staged)
+    }
+
+    /// Whether bodies that touch or are joined take this road.
+    fn groups_take(&self, road: Road) -> bool {
+        let is_staged = match self {
+            Self::Nobody => false,
+            Self::Some { group, .. } => *group,
+            Self::All => true,
+        };
+        is_staged == (road == Road::Staged)
+    }
+}
+
 /// All bodies, as a system parameter.
 #[derive(SystemParam)]
 pub(super) struct Bodies<'w, 's> {
+    staged: Res<'w, Staged>,
     current: Res<'w, CurrentSubstep>,
     threads: Res<'w, SolverThreads>,
     profile: ResMut<'w, Profile>,
@@ -278,13 +329,30 @@ type Together<'a> = &'a dyn Fn(&mut [GroupedBody], &mut Contacts, &StepContext);
 type OnCopies<'a> = &'a (dyn Fn(&mut [Job], &StepContext) + Sync);
 
 impl Bodies<'_, '_> {
-    /// Whether each substep needs a start step: for a body under repair, or for bodies that touch.
+    /// Whether each substep of the bodies that are stepped stage by stage needs a start step: for a body
+    /// under repair, or for bodies that touch.
     pub fn begin_each_substep(&self) -> bool {
         let has_meshes = self.current.has_meshes();
         let mut bodies = self.bodies.iter();
-        bodies.any(|(.., particles, _, _, _, carried)| {
-            !particles.repair.is_empty() || carried.effects().touches_surfaces(has_meshes)
+        bodies.any(|(entity, .., particles, _, _, _, carried)| {
+            let needs =
+                !particles.repair.is_empty() || carried.effects().touches_surfaces(has_meshes);
+            needs && self.staged.takes(entity, Road::Staged)
         })
+    }
+
+    /// The bodies that are stepped stage by stage if these `carriers` are: all that may touch or are joined,
+    /// if one of them is a carrier.
+    pub fn staged_with(&self, carriers: EntityHashSet) -> Staged {
+        let has_meshes = self.current.has_meshes();
+        let together = self.bodies.iter().filter(|(_, order, .., carried)| {
+            self.contacts.joins(**order) || carried.effects().touches_surfaces(has_meshes)
+        });
+        let together: Vec<_> = together.map(|(entity, ..)| entity).collect();
+        let group = together.iter().any(|body| carriers.contains(body));
+        let mut bodies = carriers;
+        bodies.extend(together.into_iter().filter(|_| group));
+        Staged::Some { bodies, group }
     }
 
     /// Begins a tick: finds the bodies that stitches join. They are stepped together to its end,
@@ -310,7 +378,7 @@ impl Bodies<'_, '_> {
     /// Begins or continues a tick, and begins a substep.
     pub fn begin(&mut self, step: &Substep, kept: Kept) {
         self.work(
-            1,
+            (Road::Staged, 1),
             |_, _, _| true,
             |stepper, context| {
                 kept.prepare(stepper);
@@ -343,7 +411,7 @@ impl Bodies<'_, '_> {
             }
         };
         self.work(
-            iterations,
+            (Road::Whole, iterations),
             |_, _, _| true,
             |stepper, context| {
                 kept.prepare(stepper);
@@ -411,17 +479,17 @@ impl Bodies<'_, '_> {
             Stage::Postsolve => Some(finish),
             _ => None,
         };
-        self.work(1, has_it, each, None, together);
+        self.work((Road::Staged, 1), has_it, each, None, together);
         self.outcomes.drain(..)
     }
 
-    /// Runs `each`, with a work estimate for this number of iterations, on every body that is
+    /// Runs `each`, with a work estimate for this number of iterations, on every body of a road that is
     /// `wanted` by its effects, by whether it has stitches, and by whether it is joined to another
     /// body; on copies of a body, runs `on_copies` instead, and on bodies that touch or are joined,
     /// `together`, if given.
     fn work(
         &mut self,
-        iterations: usize,
+        (road, iterations): (Road, usize),
         wanted: impl Fn(&Effects, bool, bool) -> bool,
         each: impl Fn(&mut Stepper, &StepContext) -> Result<Ledger, NotFinite> + Sync,
         on_copies: Option<OnCopies>,
@@ -445,7 +513,8 @@ impl Bodies<'_, '_> {
         {
             let is_active = !is_asleep && !is_quarantined;
             let is_joined = joints.contain(*order);
-            if !(is_active || carried.can_touch() || is_joined) {
+            if !(is_active || carried.can_touch() || is_joined) || !self.staged.takes(entity, road)
+            {
                 continue;
             }
             let effects = carried.effects();
@@ -473,7 +542,7 @@ impl Bodies<'_, '_> {
             ..self.current.context(&self.threads)
         };
         let started = Instant::now();
-        let can_step_together = together.is_some();
+        let can_step_together = together.is_some() && self.staged.groups_take(road);
         let together = together.filter(|_| {
             let all = jobs.iter().map(|job| (&job.effects, job.is_active));
             must_step_together(all, &joints.joined, has_meshes)

@@ -132,6 +132,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<BodyContacts>()
             .init_resource::<Profile>()
             .init_resource::<plan::Plan>()
+            .init_resource::<jobs::Staged>()
             .init_resource::<Actions>()
             .init_resource::<Measuring>()
             .init_resource::<RecordContacts>()

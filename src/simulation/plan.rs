@@ -1,5 +1,5 @@
-//! The solver's plan as systems, one per stage of a substep. While the schedules contain nothing
-//! else, the solver runs whole ticks without them.
+//! The solver's plan as systems, one per stage of a substep. The solver runs whole ticks without them for
+//! every body about which the schedules contain nothing else.
 
 use super::{
     ContactSchedule, EffectSystems, SolvePhase, SolveSchedule, SolverSystems, SubstepSchedule,
@@ -20,9 +20,10 @@ use bevy::{
     },
     prelude::*,
 };
+use std::collections::BTreeSet;
 
-/// Systems of the solver's own plan. While the schedules of a substep contain all of them and
-/// nothing else, [`Stepper::advance`](crate::solver::advance::Stepper::advance) replaces them.
+/// Systems of the solver's own plan, which [`Stepper::advance`](crate::solver::advance::Stepper::advance)
+/// replaces.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct PlannedSystems;
 
@@ -35,11 +36,24 @@ pub(crate) struct LateSystems(pub &'static str);
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct BuiltinForces;
 
+/// What the schedules of a substep contain besides the plan of the solver.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) enum Others {
+    /// Nothing: no system of a user, no missing built-in system, no run condition.
+    #[default]
+    Nothing,
+    /// Systems of these effects, in [`EffectSystems`], which act on the bodies that carry them.
+    Effects(Vec<&'static str>),
+    /// What may act on any body.
+    Anything,
+}
+
 /// State of the schedules of a substep when they were last built.
 #[derive(Resource, Debug, Default)]
 pub(super) struct Plan {
-    /// Whether they contained the solver's own plan and nothing else.
-    holds: bool,
+    others: Others,
+    /// The system for which the log has said that all bodies are stepped stage by stage.
+    said: Option<String>,
     /// Their systems.
     built: Vec<SystemKey>,
     /// Whether a system may have a run condition.
@@ -119,46 +133,78 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
     };
 }
 
-/// Whether the schedules of a substep contain exactly what [`Stepper::advance`] does: no system of
-/// a user, no missing built-in system, no run condition.
+/// What the schedules of a substep contain besides the solver's plan.
 ///
 /// Builds the schedules if they have changed, so that an ambiguous or cyclic order is detected
 /// whether or not they are run.
 ///
 /// # Panics
 /// If they cannot be built, as in running them.
-///
-/// [`Stepper::advance`]: crate::solver::advance::Stepper::advance
-pub(super) fn is_planned(world: &mut World) -> bool {
+pub(super) fn others(world: &mut World) -> &Others {
     let changed = have_changed(world);
     let plan = world.resource::<Plan>();
-    if !changed && systems(world).eq(plan.built.iter().copied()) {
-        return plan.holds;
+    if changed || !systems(world).eq(plan.built.iter().copied()) {
+        // Building a schedule moves its conditions out of reach, so that they are assumed to exist if a
+        // user has built it.
+        let conditional = plan.conditional || !changed || has_conditions(world);
+        for label in schedules_of_substep() {
+            world.schedule_scope(label, |world, schedule| {
+                if let Err(error) = schedule.initialize(world) {
+                    panic!("{label:?}: {}", error.to_string(schedule.graph(), world));
+                }
+            });
+        }
+        let built = systems(world).collect();
+        let (others, stray) = match conditional {
+            true => (Others::Anything, None),
+            false => find_others(world),
+        };
+        let mut plan = world.resource_mut::<Plan>();
+        if stray.is_some() && stray != plan.said {
+            let stray = stray.as_deref().unwrap_or_default();
+            log::info!(
+                "all bodies are stepped system by system, as {stray} may act on any of them: put it into \
+                 `EffectSystems` of an effect, and only bodies that carry the effect are"
+            );
+        }
+        plan.said = stray;
+        plan.built = built;
+        plan.conditional = conditional;
+        plan.others = others;
     }
-    // Building a schedule moves its conditions out of reach, so that they are assumed to exist if a
-    // user has built it.
-    let conditional = plan.conditional || !changed || has_conditions(world);
-    for label in schedules_of_substep() {
-        world.schedule_scope(label, |world, schedule| {
-            if let Err(error) = schedule.initialize(world) {
-                panic!("{label:?}: {}", error.to_string(schedule.graph(), world));
-            }
-        });
-    }
-    let built: Vec<_> = systems(world).collect();
-    let ours = schedules(world).filter_map(|schedule| {
-        let graph = schedule.graph();
-        graph.systems_in_set(PlannedSystems.intern()).ok()
-    });
-    let ours: usize = ours.map(|systems| systems.len()).sum();
-    let effects = world.resource::<EffectRegistry>().planned();
+    &world.resource::<Plan>().others
+}
+
+/// What schedules without run conditions contain besides the plan, and a system that belongs to no effect.
+fn find_others(world: &World) -> (Others, Option<String>) {
+    let registry = world.resource::<EffectRegistry>();
     let stages = 3;
-    *world.resource_mut::<Plan>() = Plan {
-        holds: !conditional && built.len() == ours && ours == stages + effects,
-        built,
-        conditional,
+    let mut planned = 0;
+    let mut effects = BTreeSet::new();
+    for schedule in schedules(world) {
+        let graph = schedule.graph();
+        let is_in = |set: InternedSystemSet, key| {
+            let inside = graph.systems_in_set(set);
+            inside.is_ok_and(|systems| systems.contains(&key))
+        };
+        for (key, system) in schedule.systems().into_iter().flatten() {
+            if is_in(PlannedSystems.intern(), key) {
+                planned += 1;
+                continue;
+            }
+            let mut names = registry.iter().map(|effect| effect.name);
+            match names.find(|name| is_in(EffectSystems(name).intern(), key)) {
+                Some(name) => effects.insert(name),
+                None => return (Others::Anything, Some(system.name().to_string())),
+            };
+        }
+    }
+    let others = match planned == stages + registry.planned() {
+        false => Others::Anything,
+        true if effects.is_empty() => Others::Nothing,
+        true => Others::Effects(Vec::from_iter(effects)),
     };
-    world.resource::<Plan>().holds
+    (others, None)
 }
 
 fn schedules(world: &World) -> impl Iterator<Item = &Schedule> {

@@ -5,12 +5,12 @@ use super::{
     RecordContacts, RestTimer, SimulationClock, SimulationSettings, SoftBody, SolveSchedule,
     SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart,
     carried::Carried,
-    jobs::{Bodies, BodyContacts, Kept, Outcome},
-    plan,
+    jobs::{Bodies, BodyContacts, Kept, Outcome, Staged},
+    plan::{self, Others},
     quarantine::quarantine,
 };
 use crate::{
-    effect::{self, Grabs},
+    effect::{self, EffectRegistry, Grabs},
     solver::{
         Collider, EffectStates, Grab, Instructions, Particles, Rod, Settings, Substep, Threads,
         advance::{Stage, StepContext},
@@ -275,12 +275,15 @@ pub(super) fn between_ticks(clock: Res<SimulationClock>) -> bool {
 
 /// Runs the substeps of a tick, until the deadline.
 ///
-/// While the schedules of a substep contain nothing but what [`Stepper::advance`] does, that runs
-/// all substeps of a body at once, and bodies in parallel. The result is bit-identical to that of
-/// the schedules.
+/// A body about which the schedules of a substep contain nothing but what [`Stepper::advance`] does runs all
+/// substeps at once, and such bodies in parallel; the others are stepped by the schedules. The results of
+/// both are bit-identical.
+///
+/// [`Stepper::advance`]: crate::solver::advance::Stepper::advance
 pub(super) fn run_substeps(
     world: &mut World,
     colliders: &mut QueryState<(Entity, &SpawnOrder, &Collider)>,
+    carriers: &mut QueryState<EntityRef, With<SoftBody>>,
     bodies: &mut SystemState<Bodies>,
     mut sorted: Local<Vec<(SpawnOrder, Entity)>>,
     mut outcomes: Local<Vec<Outcome>>,
@@ -322,29 +325,35 @@ pub(super) fn run_substeps(
         let left = deadline.saturating_duration_since(Instant::now());
         world.resource::<Profile>().substeps_in(left / 2)
     });
-    let planned = plan::is_planned(world);
+    find_staged(world, carriers, bodies);
     let mut begun = false;
     while next < count {
-        if planned {
-            let substeps = next..count.min(next.saturating_add(at_once));
-            next = substeps.end;
-            advance_all(world, bodies, &mut outcomes, substeps);
-        } else {
+        let staged = world.resource::<Staged>();
+        let (any_whole, any_staged) = (*staged != Staged::All, *staged != Staged::Nobody);
+        let length = if any_whole { at_once } else { 1 };
+        let substeps = next..count.min(next.saturating_add(length));
+        if any_whole {
+            advance_all(world, bodies, &mut outcomes, substeps.clone());
+        }
+        if !any_staged {
+            pass(world, substeps.len() as u32);
+        }
+        for step in substeps.clone().filter(|_| any_staged) {
             let started = Instant::now();
             let kept = kept(world);
             let mut all = all(bodies, world);
             // For implicit Euler without repair and touching bodies, only the first substep needs a
             // start step.
             if !begun || settings.begins_each_substep() || all.begin_each_substep() {
-                all.begin(&settings.substep(next), kept);
+                all.begin(&settings.substep(step), kept);
                 begun = true;
             }
-            run_schedule(world, settings.substep(next));
-            let mut profile = world.resource_mut::<Profile>();
-            profile.solve(started.elapsed());
+            pass(world, 1);
+            run_schedule(world, settings.substep(step));
+            world.resource_mut::<Profile>().solve(started.elapsed());
             world.resource_mut::<EnergyLedger>().add(None);
-            next += 1;
         }
+        next = substeps.end;
         if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             break;
         }
@@ -360,7 +369,40 @@ pub(super) fn run_substeps(
     }
 }
 
-/// Runs some substeps of all bodies, without the schedules.
+/// Advances the clock of substeps by some of them.
+fn pass(world: &mut World, substeps: u32) {
+    let h = world.resource::<UnderWay>().settings.substep_seconds();
+    world
+        .resource_mut::<Time<SubstepTime>>()
+        .advance_by(Duration::from_secs_f64(h * f64::from(substeps)));
+}
+
+/// Finds the bodies that the schedules of a substep step.
+fn find_staged(
+    world: &mut World,
+    carriers: &mut QueryState<EntityRef, With<SoftBody>>,
+    bodies: &mut SystemState<Bodies>,
+) {
+    let staged = match plan::others(world) {
+        Others::Nothing => Staged::Nobody,
+        Others::Anything => Staged::All,
+        Others::Effects(names) => {
+            let names = names.clone();
+            let registry = world.resource::<EffectRegistry>();
+            let present: Vec<_> = names
+                .iter()
+                .filter_map(|name| Some(registry.get(name)?.present))
+                .collect();
+            let carry = |body: &EntityRef| present.iter().any(|present| present(body));
+            let found = carriers.iter(world).filter(carry).map(|body| body.id());
+            let found = found.collect();
+            all(bodies, world).staged_with(found)
+        }
+    };
+    world.resource_mut::<Staged>().set_if_neq(staged);
+}
+
+/// Runs some substeps of the bodies that are stepped without the schedules.
 fn advance_all(
     world: &mut World,
     bodies: &mut SystemState<Bodies>,
@@ -372,9 +414,6 @@ fn advance_all(
     let started = Instant::now();
     outcomes.extend(all(bodies, world).advance(&substeps, (kept, tracked)));
     world.resource_mut::<Profile>().solve(started.elapsed());
-    let h = world.resource::<UnderWay>().settings.substep_seconds();
-    let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
-    world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
     for Outcome { entity, result } in outcomes.drain(..) {
         if tracked {
             world
@@ -405,10 +444,6 @@ fn kept(world: &World) -> Kept {
 /// Runs one substep by its schedule.
 fn run_schedule(world: &mut World, step: Substep) {
     world.resource_mut::<CurrentSubstep>().step = step;
-    let h = world.resource::<UnderWay>().settings.substep_seconds();
-    world
-        .resource_mut::<Time<SubstepTime>>()
-        .advance_by(Duration::from_secs_f64(h));
     let outer = enter_clock::<SubstepTime>(world);
     world.run_schedule(SubstepSchedule);
     leave_clock(world, outer);

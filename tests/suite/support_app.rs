@@ -7,7 +7,7 @@ use bevy::{
 };
 use pliant::{
     SoftBodyPlugins,
-    effect::EffectRegistry,
+    effect::{EffectRegistry, ExternalForce},
     recording::{About, Snapshot},
     simulation::{
         Action, ActionError, Actions, ContactSchedule, EffectSystems, SolvePhase, SolveSchedule,
@@ -44,8 +44,8 @@ pub fn ticks(app: &mut App, count: usize) {
 }
 
 /// Runs a world for some ticks in every way that must give the same bits: on one thread and on two,
-/// in Bevy in one call and stage by stage, from a copy without caches and from a snapshot taken
-/// after a third of the ticks. Returns it, and the largest number of active contacts.
+/// in Bevy in one call, stage by stage, and with one body of them stage by stage, from a copy without caches
+/// and from a snapshot taken after a third of the ticks. Returns it, and the largest number of active contacts.
 pub fn deterministic(mut world: solver::World, count: usize) -> (solver::World, usize) {
     let mut threaded = world.clone();
     threaded.threads = Threads::new(2).expect("two threads");
@@ -53,6 +53,12 @@ pub fn deterministic(mut world: solver::World, count: usize) -> (solver::World, 
     let (mut staged, ..) = app_of(&world);
     // A system in the schedule of a substep makes all stages run one by one.
     staged.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
+    // An effect with systems of its own makes those of its carriers, and of what they touch.
+    let (mut partly, bodies, _) = app_of(&world);
+    if let Some(body) = bodies.get(bodies.len() / 2) {
+        let nothing = ExternalForce::default();
+        partly.world_mut().entity_mut(*body).insert(nothing);
+    }
     let mut later = Vec::new();
     let mut acting = 0;
     for tick in 1..=count {
@@ -60,12 +66,15 @@ pub fn deterministic(mut world: solver::World, count: usize) -> (solver::World, 
         threaded.tick();
         ticks(&mut app, 1);
         ticks(&mut staged, 1);
+        ticks(&mut partly, 1);
         later.iter_mut().for_each(solver::World::tick);
         acting = acting.max(world.contacts.counts().acting);
         let hash = world.state_hash();
         assert_eq!(threaded.state_hash(), hash, "threads, tick {tick}");
         assert_eq!(state_hash(app.world_mut()), hash, "Bevy, tick {tick}");
         assert_eq!(state_hash(staged.world_mut()), hash, "stages, tick {tick}");
+        let partly = state_hash(partly.world_mut());
+        assert_eq!(partly, hash, "stages of one body, tick {tick}");
         for (later, what) in later.iter().zip(["copy", "snapshot"]) {
             assert_eq!(later.state_hash(), hash, "{what}, tick {tick}");
         }
