@@ -1,8 +1,8 @@
 //! Several grabs of a body at once, for apps: for touch, for hands with fingers.
 //!
 //! They are components of an app, as [external forces](super::ExternalForce) are: scene files,
-//! snapshots and recordings do not contain them, and while any body has them, all bodies are stepped
-//! system by system. [`Grab`] alone, which the pointer of the window uses, has no such cost.
+//! snapshots and recordings do not contain them, and bodies that have them are stepped system by system,
+//! with what touches them. [`Grab`] alone, which the pointer of the window uses, has no such cost.
 
 use super::Effect;
 use crate::{

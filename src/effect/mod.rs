@@ -138,8 +138,9 @@ mod tethers;
 mod volume;
 mod weave;
 
+pub use crate::solver::ExternalForce;
+pub use external::ExternalImpulse;
 pub(crate) use external::follow_points;
-pub use external::{ExternalForce, ExternalImpulse};
 pub use grabs::Grabs;
 pub use own::{OwnEffect, OwnEffectError, OwnEffects};
 pub use pin_targets::PinTargets;

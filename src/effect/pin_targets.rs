@@ -1,8 +1,8 @@
 //! Pinned vertices that an app moves.
 //!
 //! Targets are components of an app, as [external forces](super::ExternalForce) are: scene files,
-//! snapshots and recordings do not contain them, and while any body has them, all bodies are stepped
-//! system by system.
+//! snapshots and recordings do not contain them, and bodies that have them are stepped system by system,
+//! with what touches them.
 
 use super::Effect;
 use crate::{

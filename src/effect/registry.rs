@@ -117,7 +117,8 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
 
     /// Adds the systems of the effect to the inner schedules, each in
     /// [`EffectSystems`]`(Self::NAME)` and in the set that defines its order there; none by
-    /// default.
+    /// default. They act only on bodies that carry the effect: others, unless they touch one, run whole
+    /// ticks meanwhile, and may be at the start of the tick or at its end.
     fn add_systems(_schedules: &mut Schedules) {}
 
     /// The effect with its default parameters, as added by a user; `None` if it cannot be added on

@@ -5,8 +5,8 @@ use super::{
     SolverThreads, SpawnOrder, SurfaceContact, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
-    ContactCounts, Contacts, EffectStates, Effects, Particles, Settings, Stitches, Substep,
-    Threads, WorkEstimate,
+    ContactCounts, Contacts, EffectStates, Effects, ExternalForce, Particles, Settings, Stitches,
+    Substep, Threads, WorkEstimate,
     advance::{NotFinite, Stage, StepContext, Stepper, Watch},
     copies::{self, Candidate},
     direct::DirectWorkspace,
@@ -31,6 +31,7 @@ type Parts = (
     &'static mut EffectStates,
     Option<&'static mut Stitches>,
     Option<&'static mut BodyDirectWorkspace>,
+    Option<&'static ExternalForce>,
     Carried,
 );
 
@@ -85,6 +86,7 @@ struct Job<'a> {
     states: Mut<'a, EffectStates>,
     stitches: Option<Mut<'a, Stitches>>,
     direct: Option<Mut<'a, BodyDirectWorkspace>>,
+    force: Option<&'a ExternalForce>,
     effects: Effects,
     absent: (Stitches, DirectWorkspace),
     outcome: Result<Ledger, NotFinite>,
@@ -101,7 +103,8 @@ impl Job<'_> {
 
     /// Whether the two are stepped, and can be side by side.
     fn is_copy_of(&self, other: &Self, settings: &Settings) -> bool {
-        if !(self.is_active && other.is_active) {
+        let is_pushed = self.force.is_some() || other.force.is_some();
+        if is_pushed || !(self.is_active && other.is_active) {
             return false;
         }
         let [body, other] = [self, other].map(|it| Candidate {
@@ -125,6 +128,7 @@ impl Job<'_> {
                 None => stitches,
             },
             direct: self.direct.as_mut().map_or(direct, |direct| &mut direct.0),
+            force: self.force,
         }
     }
 }
@@ -334,7 +338,7 @@ impl Bodies<'_, '_> {
     pub fn begin_each_substep(&self) -> bool {
         let has_meshes = self.current.has_meshes();
         let mut bodies = self.bodies.iter();
-        bodies.any(|(entity, .., particles, _, _, _, carried)| {
+        bodies.any(|(entity, .., particles, _, _, _, _, carried)| {
             let needs =
                 !particles.repair.is_empty() || carried.effects().touches_surfaces(has_meshes);
             needs && self.staged.takes(entity, Road::Staged)
@@ -359,7 +363,7 @@ impl Bodies<'_, '_> {
     /// also where the last stitch between them breaks.
     pub fn begin_tick(&mut self) {
         let bodies = self.bodies.iter();
-        let all = bodies.map(|(entity, order, .., stitches, _, _)| (*order, entity, stitches));
+        let all = bodies.map(|(entity, order, .., stitches, _, _, _)| (*order, entity, stitches));
         let joints = Joints::of(all.clone().map(|(order, _, stitches)| (order, stitches)));
         self.contacts.pairs.clear();
         self.contacts.surfaces.clear();
@@ -508,6 +512,7 @@ impl Bodies<'_, '_> {
             states,
             stitches,
             direct,
+            force,
             carried,
         ) in &mut self.bodies
         {
@@ -530,6 +535,7 @@ impl Bodies<'_, '_> {
                     states,
                     stitches,
                     direct,
+                    force,
                     effects,
                     absent: Default::default(),
                     outcome: Ok(Ledger::default()),

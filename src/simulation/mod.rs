@@ -236,8 +236,8 @@ impl Plugin for SimulationPlugin {
         app.configure_sets(
             SubstepSchedule,
             (
-                plan::BuiltinForces,
                 plan::ExternalForces.in_set(SolverSystems::Presolve),
+                plan::BuiltinForces,
                 SolverSystems::Forces.in_set(SolverSystems::Presolve),
             )
                 .chain()

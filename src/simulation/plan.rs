@@ -101,6 +101,10 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
         _ => system.in_set(EffectSystems(effect)),
     };
     match stage {
+        Stage::External => {
+            let system = system.in_set(SolverSystems::Presolve).before(presolve);
+            schedules.add_systems(SubstepSchedule, system.in_set(ExternalForces))
+        }
         Stage::Force(_) => {
             let system = system.in_set(SolverSystems::Presolve).before(presolve);
             schedules.add_systems(SubstepSchedule, system.in_set(BuiltinForces))

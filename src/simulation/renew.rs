@@ -52,6 +52,7 @@ pub(super) fn renew(
                 None => &mut none,
             },
             direct: &mut DirectWorkspace::default(),
+            force: None,
         };
         let attached = Attached {
             added: &mut body.added.bypass_change_detection().0,

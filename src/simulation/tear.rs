@@ -97,6 +97,7 @@ impl TearableItem<'_, '_> {
                 None => &mut none,
             },
             direct: &mut DirectWorkspace::default(),
+            force: None,
         };
         let masses = Masses {
             density: self.density.0,

@@ -7,7 +7,7 @@ use bevy::{
 };
 use pliant::{
     SoftBodyPlugins,
-    effect::{EffectRegistry, ExternalForce},
+    effect::{EffectRegistry, PinTargets},
     recording::{About, Snapshot},
     simulation::{
         Action, ActionError, Actions, ContactSchedule, EffectSystems, SolvePhase, SolveSchedule,
@@ -56,7 +56,7 @@ pub fn deterministic(mut world: solver::World, count: usize) -> (solver::World, 
     // An effect with systems of its own makes those of its carriers, and of what they touch.
     let (mut partly, bodies, _) = app_of(&world);
     if let Some(body) = bodies.get(bodies.len() / 2) {
-        let nothing = ExternalForce::default();
+        let nothing = PinTargets::default();
         partly.world_mut().entity_mut(*body).insert(nothing);
     }
     let mut later = Vec::new();

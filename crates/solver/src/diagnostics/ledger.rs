@@ -318,6 +318,7 @@ impl EnergyTracker {
         self.start.clone_from(body.particles);
         body.begin_after_repair(step, context, is_near);
         velocities(&mut self.leapt, body.particles);
+        body.stage(Stage::External, step, 0, context)?;
         for kind in ForceKind::ALL {
             body.stage(Stage::Force(kind), step, 0, context)?;
         }

@@ -15,7 +15,8 @@ pub use super::{
 use super::kernels::{ElasticPass, Kernels, halves_of};
 pub(crate) use super::stage::{Acting, Solve};
 use crate::{
-    BodyEffectKind, Effects, ElasticKind, ForceKind, Grains, Settings, Substep, Threads, Topology,
+    BodyEffectKind, Effects, ElasticKind, ExternalForce, ForceKind, Grains, Settings, Substep,
+    Threads, Topology,
     contact::{WayOut, find_sides},
     direct::Iteration,
     effects::{
@@ -97,6 +98,12 @@ impl Stage {
             | Self::SelfContact
             | Self::Joints => [None; 4],
             _ if !self.acts(effects, stitched, step.method) => [None; 4],
+            Self::External => [
+                acting.pushed.then_some((Task::Push, Side::Whole)),
+                None,
+                None,
+                None,
+            ],
             Self::Force(kind) => single(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {
                 let tasks = [Task::DampVelocity, Task::Begin].map(|task| Some((task, Side::Any)));
@@ -153,7 +160,7 @@ pub(super) fn tasks<'a>(
     let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
     // A `Watch` cannot distinguish two stages in one pass, and forces act between them.
     let damps = settings.method.keeps_speed().is_some();
-    let separate = context.watch.is_some() || forces[0].is_some() || damps;
+    let separate = context.watch.is_some() || acting.pushed || forces[0].is_some() || damps;
     let tasks = substeps.clone().flat_map(move |index| {
         let step = settings.substep(index);
         let before = index.checked_sub(1).filter(|_| index > first);
@@ -169,6 +176,7 @@ pub(super) fn tasks<'a>(
             .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
         let forces = forces.into_iter().flatten();
         end.into_iter()
+            .chain(of_stage(Stage::External, 0))
             .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
             .chain(damping)
             .chain(iter::once((start, Side::Any)))
@@ -410,7 +418,9 @@ impl Stepper<'_> {
     /// What acts on the body, with these effects.
     pub(super) fn acting<'a>(&self, effects: &'a Effects, settings: &Settings) -> Acting<'a> {
         let stitched = !self.stitches.is_empty();
-        Acting::of(effects, stitched, settings, self.free())
+        let mut acting = Acting::of(effects, stitched, settings, self.free());
+        acting.pushed = self.force.is_some();
+        acting
     }
 
     /// Prepares what the tasks of some substeps need.
@@ -603,6 +613,7 @@ pub(super) struct TaskContext<'a> {
     /// Length of a substep [s] for compliances, by the method.
     compliant: f32,
     pub kernels: Kernels<'a>,
+    force: Option<&'a ExternalForce>,
     friction: Friction,
 }
 
@@ -628,6 +639,7 @@ impl<'a> TaskContext<'a> {
             h,
             compliant,
             kernels: Kernels::new(effects, topology, compliant),
+            force: body.force,
             friction,
         }
     }
@@ -761,6 +773,11 @@ impl<'a> TaskContext<'a> {
             }
         };
         match task {
+            Task::Push => {
+                if let Some(force) = self.force {
+                    force.push(&mut part, self.h);
+                }
+            }
             Task::Force { kind, substep } => {
                 let h = settings.substep_seconds();
                 let moment = Moment {

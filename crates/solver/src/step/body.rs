@@ -184,6 +184,7 @@ impl Body {
             states: &mut self.states,
             stitches: &mut self.stitches,
             direct: &mut self.direct,
+            force: None,
         }
     }
 

@@ -20,7 +20,9 @@ use std::iter::Peekable;
 /// A task on a piece.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Task {
-    /// An external force.
+    /// The force of an app.
+    Push,
+    /// A force field.
     Force { kind: ForceKind, substep: u32 },
     /// Velocities are damped after gravity.
     DampVelocity,
@@ -67,6 +69,7 @@ impl Task {
     /// `Load` and no `Store`: a body that is observed is not stepped in strips.
     pub fn stage(self) -> Stage {
         match self {
+            Self::Push => Stage::External,
             Self::Force { kind, .. } => Stage::Force(kind),
             Self::DampVelocity | Self::Begin => Stage::Presolve,
             Self::Body { kind, .. } => Stage::Body(kind),

@@ -15,7 +15,9 @@ use std::cmp::Reverse;
 /// A part of a substep; stages can be ordered relative to each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// An external force, before the first stage.
+    /// A force of an app, before all fields.
+    External,
+    /// A force field, before the first stage.
     Force(ForceKind),
     /// Positions are predicted.
     Presolve,
@@ -159,11 +161,12 @@ impl Stage {
     };
 
     /// All stages, in the order of a substep.
-    pub const ALL: [Self; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 3] = {
-        let mut all = [Self::Presolve; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 3];
-        let mut place = 0;
-        while place < ForceKind::COUNT {
-            all[place] = Self::Force(ForceKind::ALL[place]);
+    pub const ALL: [Self; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 4] = {
+        let mut all = [Self::Presolve; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 4];
+        all[0] = Self::External;
+        let mut place = 1;
+        while place <= ForceKind::COUNT {
+            all[place] = Self::Force(ForceKind::ALL[place - 1]);
             place += 1;
         }
         let (mut all, mut place) = put(all, place + 1, BodyPhase::Prediction);
@@ -205,6 +208,7 @@ impl Stage {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
+            Self::External => "external_force",
             Self::Force(kind) => kind.name(),
             Self::Presolve => "presolve",
             Self::Elastic(kind) => kind.name(),
@@ -227,6 +231,8 @@ pub(crate) struct Acting<'a> {
     pub effects: &'a Effects,
     /// Whether it has stitches.
     pub stitched: bool,
+    /// Whether an app pushes it.
+    pub pushed: bool,
     /// The parts that keep their angular momentum.
     pub free: Free,
     /// The first and the last of the internal constraints in a pass, and in one without those that are
@@ -235,7 +241,8 @@ pub(crate) struct Acting<'a> {
 }
 
 impl<'a> Acting<'a> {
-    /// For a body with these effects, with or without stitches, of which these parts can rotate freely.
+    /// For a body with these effects, with or without stitches, which no app pushes, and of which these
+    /// parts can rotate freely.
     pub fn of(effects: &'a Effects, stitched: bool, settings: &Settings, free: Free) -> Self {
         let free = if settings.keeps_spin() {
             free
@@ -252,6 +259,7 @@ impl<'a> Acting<'a> {
         Self {
             effects,
             stitched,
+            pushed: false,
             free,
             internal: [ends(false), ends(true)],
         }
@@ -337,7 +345,7 @@ impl Stage {
     #[must_use]
     pub fn acts(self, effects: &Effects, stitched: bool, method: Method) -> bool {
         match self {
-            Self::Presolve | Self::Postsolve => true,
+            Self::External | Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
             Self::Elastic(kind) => effects.iterates(kind, method),
             Self::Direct => effects.is_direct(method),

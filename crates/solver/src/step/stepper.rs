@@ -2,8 +2,8 @@
 
 use super::{stage::Stage, substep::Settings};
 use crate::{
-    EffectStates, Effects, Particles, Stitches, Threads, Topology, contact::collider::Swept,
-    direct::DirectWorkspace, lanes::Instructions,
+    EffectStates, Effects, ExternalForce, Particles, Stitches, Threads, Topology,
+    contact::collider::Swept, direct::DirectWorkspace, lanes::Instructions,
 };
 use std::{fmt, sync::Arc};
 
@@ -32,6 +32,8 @@ pub struct Stepper<'a> {
     pub stitches: &'a mut Stitches,
     /// Data of the direct solver, if it is used.
     pub direct: &'a mut DirectWorkspace,
+    /// The force of an app, if there is one.
+    pub force: Option<&'a ExternalForce>,
 }
 
 /// Context that all bodies share.

@@ -276,7 +276,8 @@ fn predict(
             body.begin_after_repair(step, context, is_near);
             let forces = ForceKind::ALL.map(|kind| (Stage::Force(kind), 0));
             let first = std::iter::once(Stage::Presolve).chain(Stage::prediction());
-            let stages = forces.into_iter().chain(first.map(|stage| (stage, 0)));
+            let stages = std::iter::once((Stage::External, 0)).chain(forces);
+            let stages = stages.chain(first.map(|stage| (stage, 0)));
             body.stages(stages, step, context)
         });
     });
