@@ -6,7 +6,7 @@
 use super::{Effect, Grabs};
 use crate::{
     simulation::{EffectSystems, Quarantined, SoftBody, StepSchedule, plan::ExternalImpulses},
-    solver::{ExternalForce, Particles, SurfacePoint, advance::Stage, effects::external::kick},
+    solver::{ExternalForce, Particles, SurfacePoint, advance::Stage, kick},
 };
 use bevy::prelude::*;
 

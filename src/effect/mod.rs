@@ -138,7 +138,6 @@ mod tethers;
 mod volume;
 mod weave;
 
-pub use crate::solver::ExternalForce;
 pub use external::ExternalImpulse;
 pub(crate) use external::follow_points;
 pub use grabs::Grabs;
@@ -170,7 +169,7 @@ macro_rules! plugins {
         }
     };
     ($($effect:ident,)*) => {
-        pub use crate::solver::{$($effect,)*};
+        pub use crate::solver::{ExternalForce, $($effect,)*};
 
         impl EffectPlugins {
             /// Names of all effects.

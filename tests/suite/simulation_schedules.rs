@@ -119,6 +119,8 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     assert_eq!(systems_of_iteration(app), in_iteration);
     let before = present.iter().filter(|name| forces.contains(name));
     let mut in_substep: Vec<_> = before.copied().collect();
+    // The force of an app acts before the fields.
+    in_substep.sort_by_key(|name| *name != ExternalForce::NAME);
     in_substep.push("presolve");
     in_substep.extend(
         present

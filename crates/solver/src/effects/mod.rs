@@ -11,7 +11,7 @@ pub(crate) mod carried;
 pub mod elastic;
 pub(crate) mod elastic_kind;
 pub(crate) mod emitter;
-pub mod external;
+pub(crate) mod external;
 pub mod force;
 pub(crate) mod grab;
 pub(crate) mod grains;

@@ -242,7 +242,7 @@ fn title(world: &World, action: &Action) -> String {
         }
         .to_owned(),
         Action::ResetShape { .. } => "Reset shape".to_owned(),
-        Action::Restore { body } => format!("Resume {}", name(body)),
+        Action::Restore { body } => format!("Restore {}", name(body)),
         Action::Spawn(new) => format!("Add {}", new.body.name),
         Action::Despawn { body } => format!("Delete {}", name(body)),
     }
