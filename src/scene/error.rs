@@ -30,6 +30,16 @@ pub enum SceneError {
         /// Message of the system.
         error: std::io::Error,
     },
+    /// The file is of another kind, by the ending of its name and its content.
+    #[error(
+        "{path} is no scene file (RON) and no mesh ({meshes}): convert it to one of these, or give the path of a scene"
+    )]
+    OtherKind {
+        /// The file.
+        path: PathBuf,
+        /// Endings of the names of mesh files, with commas.
+        meshes: String,
+    },
     /// The text is not a valid scene.
     #[error("{file}:{line}:{column}: {message}")]
     Syntax {

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     effect::{OwnEffects, own::options},
-    mesh::{Bounds, BuildOptions, Primitive, Strands, Treatment},
+    mesh::{Bounds, BuildOptions, Primitive, Strands, Treatment, read},
     solver::{
         Compliance, Cut, Density, Force, GroupName, Mass, Path, Settings, Toughness, VertexIndex,
         deform::Deformation, rest::SleepSettings,
@@ -429,8 +429,8 @@ impl Scene {
     /// its own](Self::of_mesh).
     ///
     /// # Errors
-    /// [`SceneError::Unknown`], [`SceneError::Unreadable`] or [`SceneError::Syntax`]; for a mesh
-    /// those of [`of_mesh`](Self::of_mesh).
+    /// [`SceneError::Unknown`], [`SceneError::Unreadable`], [`SceneError::OtherKind`] or
+    /// [`SceneError::Syntax`]; for a mesh those of [`of_mesh`](Self::of_mesh).
     pub fn load(name: &str) -> Result<CurrentScene, SceneError> {
         Self::load_with(name, &OwnEffects::default())
     }
@@ -467,9 +467,18 @@ impl Scene {
                 }
             } else {
                 let path = path.clone();
-                SceneError::Unreadable { path, error }
+                match error.kind() {
+                    std::io::ErrorKind::InvalidData => other_kind(path),
+                    _ => SceneError::Unreadable { path, error },
+                }
             }
         })?;
+        // Each scene has them.
+        let is_scene =
+            path.extension().is_none_or(|ending| ending == "ron") || text.contains("bodies");
+        if !is_scene {
+            return Err(other_kind(path));
+        }
         let mut scene = Self::parse_with(name, &text, own)?;
         scene.folder = path.parent().map(PathBuf::from).unwrap_or_default();
         Ok(CurrentScene {
@@ -516,6 +525,11 @@ impl Scene {
         let others = lines.filter(|(index, _)| Some(*index) != place);
         Ok(others.map(|(_, line)| format!("{line}\n")).collect())
     }
+}
+
+fn other_kind(path: PathBuf) -> SceneError {
+    let meshes = read::ENDINGS.join(", ");
+    SceneError::OtherKind { path, meshes }
 }
 
 /// Parses the text of any file in the format of scene files; `file` is its name in error messages.

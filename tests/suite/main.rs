@@ -60,6 +60,7 @@ mod sandbox_browser;
 mod sandbox_coloring;
 #[cfg(feature = "window")]
 mod sandbox_first_minute;
+#[cfg(feature = "window")]
 mod sandbox_framing;
 #[cfg(feature = "window")]
 mod sandbox_gallery;

@@ -498,3 +498,21 @@ fn a_body_begins_with_its_cuts_and_stitches_of_a_region() {
     let error = built(nothing).expect_err("nothing is there");
     assert!(error.contains("stitch 1: no vertex is within"), "{error}");
 }
+
+/// Text that is no scene, and bytes that are no text.
+#[test]
+fn a_file_of_another_kind_is_named_and_what_can_be_read_is_listed() {
+    for content in [&b"solid star\nendsolid star\n"[..], &[0xff, 0xfe, 0, 1]] {
+        let path = std::env::temp_dir().join(format!("pliant-kind-{}.stl", std::process::id()));
+        fs::write(&path, content).expect("writable");
+        let error = Scene::load(&path.to_string_lossy()).expect_err("an STL file");
+        says(
+            &error.to_string(),
+            &[
+                ".stl is no scene file (RON) and no mesh (obj, gltf",
+                "convert",
+            ],
+        );
+        fs::remove_file(&path).expect("it was made here");
+    }
+}
