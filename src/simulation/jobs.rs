@@ -269,9 +269,9 @@ impl BodyContacts {
 /// The bodies that the schedules of a substep step, stage by stage; the others run whole ticks in the solver.
 #[derive(Resource, Debug, Default, Clone, PartialEq, Eq)]
 pub(super) enum Staged {
-    /// None: the schedules hold nothing but the plan of the solver.
+    /// Not one: the schedules hold nothing but the plan of the solver.
     #[default]
-    Nobody,
+    None,
     /// Those that carry an effect with systems of its own.
     Some {
         /// They, and the bodies that are stepped together with one of them.
@@ -285,7 +285,7 @@ pub(super) enum Staged {
 
 /// How a body is stepped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Road {
+enum Stepping {
     /// Through some substeps at once.
     Whole,
     /// Stage by stage.
@@ -293,23 +293,24 @@ enum Road {
 }
 
 impl Staged {
-    fn takes(&self, body: Entity, road: Road) -> bool {
+    /// Whether a body is stepped so.
+    fn takes(&self, body: Entity, stepping: Stepping) -> bool {
         let is_staged = match self {
-            Self::Nobody => false,
+            Self::None => false,
             Self::Some { bodies, .. } => bodies.contains(&body),
             Self::All => true,
         };
-        is_staged == (road == Road::Staged)
+        is_staged == (stepping == Stepping::Staged)
     }
 
-    /// Whether bodies that touch or are joined take this road.
-    fn groups_take(&self, road: Road) -> bool {
+    /// Whether bodies that touch or are joined are stepped so.
+    fn groups_take(&self, stepping: Stepping) -> bool {
         let is_staged = match self {
-            Self::Nobody => false,
+            Self::None => false,
             Self::Some { group, .. } => *group,
             Self::All => true,
         };
-        is_staged == (road == Road::Staged)
+        is_staged == (stepping == Stepping::Staged)
     }
 }
 
@@ -341,7 +342,7 @@ impl Bodies<'_, '_> {
         bodies.any(|(entity, .., particles, _, _, _, _, carried)| {
             let needs =
                 !particles.repair.is_empty() || carried.effects().touches_surfaces(has_meshes);
-            needs && self.staged.takes(entity, Road::Staged)
+            needs && self.staged.takes(entity, Stepping::Staged)
         })
     }
 
@@ -382,7 +383,7 @@ impl Bodies<'_, '_> {
     /// Begins or continues a tick, and begins a substep.
     pub fn begin(&mut self, step: &Substep, kept: Kept) {
         self.work(
-            (Road::Staged, 1),
+            (Stepping::Staged, 1),
             |_, _, _| true,
             |stepper, context| {
                 kept.prepare(stepper);
@@ -415,7 +416,7 @@ impl Bodies<'_, '_> {
             }
         };
         self.work(
-            (Road::Whole, iterations),
+            (Stepping::Whole, iterations),
             |_, _, _| true,
             |stepper, context| {
                 kept.prepare(stepper);
@@ -483,17 +484,17 @@ impl Bodies<'_, '_> {
             Stage::Postsolve => Some(finish),
             _ => None,
         };
-        self.work((Road::Staged, 1), has_it, each, None, together);
+        self.work((Stepping::Staged, 1), has_it, each, None, together);
         self.outcomes.drain(..)
     }
 
-    /// Runs `each`, with a work estimate for this number of iterations, on every body of a road that is
+    /// Runs `each`, with a work estimate for this number of iterations, on every body that is stepped so and
     /// `wanted` by its effects, by whether it has stitches, and by whether it is joined to another
     /// body; on copies of a body, runs `on_copies` instead, and on bodies that touch or are joined,
     /// `together`, if given.
     fn work(
         &mut self,
-        (road, iterations): (Road, usize),
+        (stepping, iterations): (Stepping, usize),
         wanted: impl Fn(&Effects, bool, bool) -> bool,
         each: impl Fn(&mut Stepper, &StepContext) -> Result<Ledger, NotFinite> + Sync,
         on_copies: Option<OnCopies>,
@@ -518,7 +519,8 @@ impl Bodies<'_, '_> {
         {
             let is_active = !is_asleep && !is_quarantined;
             let is_joined = joints.contain(*order);
-            if !(is_active || carried.can_touch() || is_joined) || !self.staged.takes(entity, road)
+            if !(is_active || carried.can_touch() || is_joined)
+                || !self.staged.takes(entity, stepping)
             {
                 continue;
             }
@@ -548,10 +550,10 @@ impl Bodies<'_, '_> {
             ..self.current.context(&self.threads)
         };
         let started = Instant::now();
-        let can_step_together = together.is_some() && self.staged.groups_take(road);
+        let can_step_together = together.is_some() && self.staged.groups_take(stepping);
         let together = together.filter(|_| {
             let all = jobs.iter().map(|job| (&job.effects, job.is_active));
-            must_step_together(all, &joints.joined, has_meshes)
+            can_step_together && must_step_together(all, &joints.joined, has_meshes)
         });
         let alone = match together {
             None => {

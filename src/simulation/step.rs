@@ -329,7 +329,7 @@ pub(super) fn run_substeps(
     let mut begun = false;
     while next < count {
         let staged = world.resource::<Staged>();
-        let (any_whole, any_staged) = (*staged != Staged::All, *staged != Staged::Nobody);
+        let (any_whole, any_staged) = (*staged != Staged::All, *staged != Staged::None);
         let length = if any_whole { at_once } else { 1 };
         let substeps = next..count.min(next.saturating_add(length));
         if any_whole {
@@ -384,7 +384,7 @@ fn find_staged(
     bodies: &mut SystemState<Bodies>,
 ) {
     let staged = match plan::others(world) {
-        Others::Nothing => Staged::Nobody,
+        Others::Nothing => Staged::None,
         Others::Anything => Staged::All,
         Others::Effects(names) => {
             let names = names.clone();

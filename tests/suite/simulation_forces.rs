@@ -100,7 +100,7 @@ fn a_force_and_drag_reach_the_terminal_speed_at_any_substeps() {
 /// A pushed body runs whole ticks, stage by stage, on one thread and on two, and with its energy ledger, to
 /// the same bits: alone, where it touches, is joined, under a field, or with steps of second order.
 #[test]
-fn a_pushed_body_has_the_same_bits_on_every_road() {
+fn a_pushed_body_has_the_same_bits_however_it_is_stepped() {
     for case in 0..6 {
         let mut start = cubes();
         for body in &mut start.bodies {
@@ -111,7 +111,7 @@ fn a_pushed_body_has_the_same_bits_on_every_road() {
         }
         start.bodies[1].translate(Vec3::new(-1.5, 0.1, 0.0));
         start.settings.order = Order::new(1 + u32::from(case >= 4)).expect("1 or 2");
-        let apps = [0, 1, 2, 3].map(|road| {
+        let apps = [0, 1, 2, 3].map(|way| {
             let (mut app, bodies, _) = app_of(&start);
             if case >= 2 {
                 let load = ExternalForce::on_whole(Vec3::new(40.0, 20.0, 0.0));
@@ -119,7 +119,7 @@ fn a_pushed_body_has_the_same_bits_on_every_road() {
             }
             let load = ExternalForce::at(point(1), Vec3::new(60.0, 0.0, -30.0));
             app.world_mut().entity_mut(bodies[0]).insert(load);
-            match road {
+            match way {
                 1 => {
                     // It may act on any body.
                     app.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));

@@ -9,8 +9,11 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use pliant::{
+    effect::PinTargets,
     scene::Scene,
-    simulation::{Action, Actions, Asleep, JustRestored, SoftBody, plain},
+    simulation::{
+        Action, Actions, Asleep, BodyContacts, JustRestored, SoftBody, plain, state_hash,
+    },
     solver::{
         Body, Compliance, Contact, Cut, Effects, Force, Order, ParticleIndex, Particles, Stitch,
         StitchEnd, Stitches, SurfacePoint, World, deform::Random, reference,
@@ -547,4 +550,47 @@ fn roots_stay_in_a_soft_head_and_segments_beside_them_keep_their_length() {
         longest < 2.1e-3,
         "a segment near a root is strained by {longest}"
     );
+}
+
+/// A body that is stepped stage by stage leaves those alone that stitches join and that touch: the same
+/// bits and the same contacts as without it.
+#[test]
+fn a_body_that_is_stepped_by_itself_leaves_joined_and_touching_bodies_alone() {
+    let mut world = pairs(&mut Random::new(3), 1).0;
+    world.settings.gravity = Vec3::NEG_Y * G;
+    for mut cube in cubes().bodies {
+        cube.effects.contact = Some(Contact::default());
+        cube.set_velocity(Vec3::ZERO);
+        world.bodies.push(cube);
+    }
+    // One upon the other.
+    let upper = world.bodies.len() - 1;
+    world.bodies[upper].translate(Vec3::new(-2.0, 0.42, 0.0));
+    let mut alone = body("alone", cube(0.4, 1), 1000.0);
+    alone.effects.stretch = stretch(1e-6);
+    alone.translate(Vec3::X * 20.0);
+    world.bodies.push(alone);
+    let [mut whole, mut partly] = [false, true].map(|is_staged| {
+        let (mut app, bodies, _) = app_of(&world);
+        if is_staged {
+            let body = bodies[upper + 1];
+            app.world_mut()
+                .entity_mut(body)
+                .insert(PinTargets::default());
+        }
+        app
+    });
+    let mut touched = 0;
+    for tick in 1..=60 {
+        let [a, b] = [&mut whole, &mut partly].map(|app| {
+            ticks(app, 1);
+            let contacts = app.world().resource::<BodyContacts>();
+            let pairs: Vec<_> = contacts.pairs().map(|pair| pair.force).collect();
+            let all = (pairs, contacts.counts().near);
+            (state_hash(app.world_mut()), all)
+        });
+        touched += a.1.0.len();
+        assert_eq!(a, b, "tick {tick}");
+    }
+    assert!(touched > 0, "the cubes never touch");
 }
