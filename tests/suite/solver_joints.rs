@@ -557,7 +557,7 @@ fn roots_stay_in_a_soft_head_and_segments_beside_them_keep_their_length() {
 #[test]
 fn a_body_that_is_stepped_by_itself_leaves_joined_and_touching_bodies_alone() {
     let mut world = pairs(&mut Random::new(3), 1).0;
-    world.settings.gravity = Vec3::NEG_Y * G;
+    world.settings.gravity = Vec3::NEG_Y * G as f32;
     for mut cube in cubes().bodies {
         cube.effects.contact = Some(Contact::default());
         cube.set_velocity(Vec3::ZERO);
