@@ -13,8 +13,8 @@ use super::{
     edges,
     elements::tetrahedron_volume,
     embed::embed,
+    limits::MAX_TETRAHEDRA,
     orient::{borders, face_outwards},
-    primitive::MAX_TETRAHEDRA,
 };
 use pliant_solver::RestShape;
 

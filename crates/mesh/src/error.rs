@@ -2,8 +2,6 @@
 
 use std::io;
 
-use super::read::shown;
-
 /// Why a mesh could not be read or built.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -119,4 +117,15 @@ impl MeshError {
             expected: expected.into(),
         }
     }
+}
+
+/// A name for a message: without control characters, and not too long.
+pub(crate) fn shown(name: &str) -> String {
+    const LONGEST: usize = 60;
+    let shown = name.chars().take(LONGEST).map(|c| match c.is_control() {
+        true => char::REPLACEMENT_CHARACTER,
+        false => c,
+    });
+    let more = (name.chars().count() > LONGEST).then_some('…');
+    shown.chain(more).collect()
 }

@@ -12,7 +12,7 @@
 use glam::{DVec3, UVec3};
 use rayon::prelude::*;
 
-use super::{MeshError, TetMesh, primitive::MAX_TETRAHEDRA};
+use super::{MeshError, TetMesh, limits::MAX_TETRAHEDRA};
 
 /// Minimum distance of a cut from an end of a long edge (edge of a cube), as a fraction of its
 /// length.

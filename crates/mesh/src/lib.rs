@@ -37,6 +37,7 @@ mod embed;
 mod enclosure;
 mod error;
 mod lattice;
+mod limits;
 mod orient;
 mod primitive;
 pub mod read;
@@ -52,7 +53,8 @@ pub use elements::{
 };
 pub use embed::embed;
 pub use error::MeshError;
-pub use primitive::{Diagonals, GrainRegion, MAX_PARTICLES, MAX_TETRAHEDRA, Primitive};
+pub use limits::{MAX_PARTICLES, MAX_TETRAHEDRA};
+pub use primitive::{Diagonals, GrainRegion, Primitive};
 pub use skin::{Anchor, Skin};
 pub use source::{Bounds, CurveMesh, FileMesh, SurfaceMesh, TetMesh};
 pub use strands::Strands;

@@ -1,14 +1,16 @@
 //! Primitive bodies: parameters and validation.
 //!
-//! The shapes are built in [`solid`] and [`sheet`]. This module has their parameters, ranges, and
-//! the limits that bound memory. All shapes are centered on the origin,
+//! The shapes are built in [`solid`] and [`sheet`]. This module has their parameters and
+//! ranges. All shapes are centered on the origin,
 //! but for a tree, which begins there.
 
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{MeshError, SoftMesh, Strands};
-use pliant_solver::RestShape;
+use super::{
+    MeshError, SoftMesh, Strands,
+    limits::{count, limit, particles, product, range, sizes},
+};
 
 mod grains;
 mod hair;
@@ -16,13 +18,6 @@ mod sheet;
 mod solid;
 mod tree;
 
-/// Maximum number of tetrahedra of a body.
-pub const MAX_TETRAHEDRA: usize = 2_000_000;
-/// Maximum number of particles of a cloth or a rope.
-pub const MAX_PARTICLES: usize = 1_000_000;
-
-/// Valid sizes [m]: within them f32 represents the volume of a cell at full precision.
-pub(super) const SIZES: std::ops::RangeInclusive<f32> = 1e-7..=1e7;
 /// Maximum `minor` over `major`; beyond it the inner side of the tube has no space for cells.
 const FATTEST_TORUS: f32 = 0.95;
 
@@ -295,7 +290,7 @@ impl Primitive {
     ///
     /// # Errors
     /// [`MeshError::Parameter`] if a size or a number of cells is out of its range,
-    /// [`MeshError::TooLarge`] beyond [`MAX_TETRAHEDRA`] or [`MAX_PARTICLES`]; checked before
+    /// [`MeshError::TooLarge`] beyond [`MAX_TETRAHEDRA`](crate::MAX_TETRAHEDRA) or [`MAX_PARTICLES`](crate::MAX_PARTICLES); checked before
     /// anything is allocated.
     pub fn build(&self) -> Result<SoftMesh, MeshError> {
         let shape = match *self {
@@ -465,78 +460,5 @@ impl Primitive {
             shape,
             ..SoftMesh::default()
         })
-    }
-}
-
-pub(super) fn sizes<const N: usize>(sizes: [(&'static str, f32); N]) -> Result<(), MeshError> {
-    for (name, size) in sizes {
-        if !SIZES.contains(&size) {
-            return Err(MeshError::parameter(
-                name,
-                format!("{size} m"),
-                "a length from 1e-7 m to 1e7 m",
-            ));
-        }
-    }
-    Ok(())
-}
-
-pub(super) fn count(name: &'static str, count: u32, least: u32) -> Result<(), MeshError> {
-    if count < least {
-        return Err(MeshError::parameter(
-            name,
-            count,
-            format!("a whole number from {least}"),
-        ));
-    }
-    Ok(())
-}
-
-pub(super) fn range(
-    name: &'static str,
-    value: impl ToString,
-    is_valid: bool,
-    expected: &str,
-) -> Result<(), MeshError> {
-    match is_valid {
-        true => Ok(()),
-        false => Err(MeshError::parameter(name, value.to_string(), expected)),
-    }
-}
-
-fn product(factors: &[u32]) -> u64 {
-    factors
-        .iter()
-        .fold(1, |product: u64, f| product.saturating_mul(u64::from(*f)))
-}
-
-fn limit(tetrahedra: u64) -> Result<(), MeshError> {
-    too_large("tetrahedra", tetrahedra, MAX_TETRAHEDRA)
-}
-
-pub(super) fn particles(particles: u64) -> Result<(), MeshError> {
-    too_large("particles", particles, MAX_PARTICLES)
-}
-
-fn too_large(what: &'static str, count: u64, limit: usize) -> Result<(), MeshError> {
-    if count > limit as u64 {
-        return Err(MeshError::TooLarge {
-            what,
-            count,
-            limit: limit as u64,
-            remedy: "use fewer cells, segments or strands",
-        });
-    }
-    Ok(())
-}
-
-/// A solid made of tetrahedra alone, with its edges and its boundary.
-fn solid_of(vertices: Vec<Vec3>, tetrahedra: Vec<[u32; 4]>) -> RestShape {
-    RestShape {
-        edges: super::edges(&tetrahedra, &[]),
-        triangles: super::boundary_triangles(&tetrahedra),
-        vertices,
-        tetrahedra,
-        ..RestShape::default()
     }
 }

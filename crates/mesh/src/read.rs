@@ -9,10 +9,11 @@
 //! A file is one mesh; [`Parts`] has the named parts of glTF, OBJ and Gmsh, for several bodies of one
 //! file.
 
-use std::{io, path::Path};
+use std::{fs, path::Path};
 
 use super::{FileMesh, MeshError};
 
+mod beside;
 mod gltf;
 mod gltf_data;
 mod gltf_geometry;
@@ -23,14 +24,11 @@ mod parts;
 mod tetgen;
 mod text;
 
+pub use beside::Beside;
 pub use parts::Parts;
-pub(crate) use parts::shown;
 
 /// Supported file name extensions, in lower case.
 pub const ENDINGS: [&str; 7] = ["obj", "gltf", "glb", "msh", "node", "ele", "mesh"];
-
-/// Reads a file next to the mesh file, by name.
-pub type Beside<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 
 /// Reads a mesh file. The extension selects the format ([`ENDINGS`], case-insensitive); a TetGen
 /// pair is read by the name of either file.
@@ -49,6 +47,39 @@ pub fn file(path: &Path) -> Result<FileMesh, MeshError> {
 /// As [`file()`].
 pub fn bytes(name: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshError> {
     Parts::of_bytes(name, bytes, beside).map(Parts::into_whole)
+}
+
+impl Parts {
+    /// Reads a mesh file, as [`file()`].
+    ///
+    /// # Errors
+    /// As [`file()`].
+    pub fn of_file(path: &Path) -> Result<Self, MeshError> {
+        let name = path.display().to_string();
+        format_of(&name)?;
+        let contents = fs::read(path).map_err(|source| MeshError::Unreadable {
+            file: name.clone(),
+            source,
+        })?;
+        Self::of_bytes(&name, &contents, &|beside| {
+            fs::read(path.with_file_name(beside))
+        })
+    }
+
+    /// Reads a mesh file from memory, as [`bytes()`].
+    ///
+    /// # Errors
+    /// As [`file()`].
+    pub fn of_bytes(name: &str, bytes: &[u8], beside: &Beside) -> Result<Self, MeshError> {
+        let whole = match format_of(name)?.as_str() {
+            "obj" => return obj::read(name, bytes),
+            "gltf" | "glb" => return gltf::read(name, bytes, beside),
+            "msh" => return gmsh::read(name, bytes),
+            "node" | "ele" => tetgen::read(name, bytes, beside),
+            _ => medit::read(name, bytes),
+        }?;
+        Ok(Self::unnamed(name, whole))
+    }
 }
 
 fn format_of(name: &str) -> Result<String, MeshError> {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     MeshError, SoftMesh,
-    primitive::{SIZES, count, particles, range, sizes},
+    limits::{SIZES, count, particles, range, sizes},
     scatter::{Root, Surface},
 };
 use pliant_solver::RestShape;

@@ -3,11 +3,10 @@
 //! They move the particles that are not pinned and set their velocities to zero; rest shapes do not
 //! change. [`reset_shape`] returns a body to its rest shape.
 
+pub use crate::kernel::random::Random;
+
 use super::{Particles, Topology, topology::bounds};
-use crate::kernel::{
-    fit::rotation_between,
-    random::{STEP, mix},
-};
+use crate::kernel::fit::rotation_between;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -88,28 +87,4 @@ pub fn reset_shape(particles: &mut Particles, topology: &Topology) {
         }
     }
     particles.settle();
-}
-
-/// Uniform pseudo-random numbers from a seed, identical on every machine (SplitMix64, Steele and
-/// others 2014).
-#[derive(Debug, Clone)]
-pub struct Random(u64);
-
-impl Random {
-    /// Starts the sequence of a seed.
-    #[must_use]
-    pub fn new(seed: u32) -> Self {
-        Self(u64::from(seed))
-    }
-
-    /// The next number, from 0 up to but not including 1.
-    #[expect(
-        clippy::should_implement_trait,
-        reason = "an endless sequence, not an iterator"
-    )]
-    pub fn next(&mut self) -> f32 {
-        let z = mix(self.0);
-        self.0 = self.0.wrapping_add(STEP);
-        (z >> 40) as f32 / (1_u32 << 24) as f32
-    }
 }

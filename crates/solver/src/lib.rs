@@ -49,6 +49,7 @@
 //! ```
 
 pub mod analytic;
+mod colliders;
 pub mod contact;
 pub mod deform;
 mod diagnostics;
@@ -56,6 +57,8 @@ pub mod direct;
 pub mod effects;
 pub mod equilibrium;
 pub mod kernel;
+mod layout;
+pub mod measure;
 mod parallel;
 mod particles;
 mod quantity;
@@ -63,36 +66,34 @@ pub mod reference;
 #[cfg(feature = "bevy")]
 mod reflection;
 mod step;
+mod substep;
 pub mod topology;
 
-pub use diagnostics::{effective, field, ledger, measure, memory, modes, resolution};
+pub use diagnostics::{effective, field, memory, modes};
 pub use step::{
-    advance, copies, emission, joints, masses, renew, repair, rest, rolling, spin, stages, together,
+    advance, copies, emission, joints, ledger, masses, renew, repair, resolution, rest, rolling,
+    spin, stages, together,
 };
 
 use effects::{elastic, force};
-use kernel::{fit, lanes};
-use step::{executor, history, method, phases, shared_body, substep};
-use topology::{coloring, numbering, order, partitions};
+use kernel::{fit, lanes, method};
+use layout::{order, partitions};
+use particles::history;
+use step::{executor, phases, shared_body};
+use topology::numbering;
 
-pub use contact::{
-    collide::Collide,
+pub use colliders::{
     collider::Collider,
     collider_mesh::{ColliderMesh, ColliderMeshError},
-    ground::{Ground, StickyGround},
-    multiplier::ContactMultiplier,
-    pairs::{
-        contacts::{ContactCounts, Contacts},
-        params::{Contact, SelfContact},
-        row::ContactForce,
-        sums::PairContact,
-    },
     path::Path,
     pose::Pose,
     shape::ColliderShape,
-    surface_force::{RigidSurface, SurfaceForce},
 };
-pub use direct::effect::Direct;
+pub use contact::{
+    contacts::{ContactCounts, Contacts},
+    row::ContactForce,
+    sums::PairContact,
+};
 pub use effects::{
     all::*,
     body_kinds::BodyEffectKind,
@@ -109,7 +110,12 @@ pub use history::History;
 pub use lanes::Instructions;
 pub use method::Method;
 pub use parallel::threads::{MAX_THREADS, Threads, ThreadsError, WorkEstimate, available};
-pub use particles::{MAX_COORDINATE, Particles};
+pub use particles::{
+    MAX_COORDINATE, Particles,
+    emission::{Emission, Flow},
+    segment::SegmentState,
+    surface_force::{RigidSurface, SurfaceForce},
+};
 pub use quantity::{
     Angle, BreakingStrain, Capacity, Coefficient, Cohesion, CollisionIterations, Compliance,
     ContactThickness, Creep, Curl, Damping, Density, Filling, Finite, FlexuralRigidity, Force,
@@ -131,4 +137,5 @@ pub use topology::{
     input::TopologyError,
     precomputed::Topology,
     rest_shape::RestShape,
+    surface_point::SurfacePoint,
 };

@@ -1,6 +1,6 @@
 //! Loose balls in a region.
 
-use super::{GrainRegion, MeshError};
+use super::{GrainRegion, MeshError, product};
 use glam::{UVec3, Vec3};
 use pliant_solver::RestShape;
 
@@ -31,7 +31,7 @@ fn places(size: Vec3, radius: f32) -> UVec3 {
 
 /// Number of grains that fill a box.
 pub(super) fn largest_count(size: Vec3, radius: f32) -> u64 {
-    super::product(&places(size, radius).to_array())
+    product(&places(size, radius).to_array())
 }
 
 /// Fills a region.

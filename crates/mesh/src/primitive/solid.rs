@@ -5,11 +5,10 @@
 
 use glam::{DVec2, DVec3, UVec3, Vec3};
 
-use super::solid_of;
 use crate::{
     MeshError,
     clean::keep_used,
-    elements::tetrahedron_volume,
+    elements::{boundary_triangles, edges, tetrahedron_volume},
     lattice::{Lattice, stuff},
 };
 use pliant_solver::RestShape;
@@ -209,4 +208,15 @@ pub(super) fn torus(major: f32, minor: f32, cells: u32) -> RestShape {
         let from_axis = around * (major + p.x * minor);
         DVec3::new(from_axis.x, p.y * minor, from_axis.y)
     })
+}
+
+/// A solid made of tetrahedra alone, with its edges and its boundary.
+fn solid_of(vertices: Vec<Vec3>, tetrahedra: Vec<[u32; 4]>) -> RestShape {
+    RestShape {
+        edges: edges(&tetrahedra, &[]),
+        triangles: boundary_triangles(&tetrahedra),
+        vertices,
+        tetrahedra,
+        ..RestShape::default()
+    }
 }

@@ -11,7 +11,7 @@ use glam::{DMat4, Mat4};
 use gltf::{Document, Node, Semantic, mesh::Mode};
 
 use super::{
-    Beside,
+    beside::Beside,
     gltf_data::Data,
     gltf_geometry::{Refused, geometry},
     parts::{Counts, Label, Named, Part, Parts},

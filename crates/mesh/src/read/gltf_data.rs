@@ -16,7 +16,7 @@ use gltf::{
     buffer::Source,
 };
 
-use super::{Beside, gltf::content};
+use super::{beside::Beside, gltf::content};
 use crate::MeshError;
 
 /// Decoder for data URIs, whose padding may be missing.

@@ -1,9 +1,8 @@
 //! Named parts of a file: nodes and meshes of glTF, objects and groups of OBJ, physical groups of Gmsh.
 
-use std::{collections::BTreeSet, fs, ops::Range, path::Path, sync::Arc};
+use std::{collections::BTreeSet, ops::Range, sync::Arc};
 
-use super::{Beside, gltf, gmsh, medit, obj, tetgen};
-use crate::{Bounds, CurveMesh, FileMesh, MeshError, SurfaceMesh, TetMesh};
+use crate::{Bounds, CurveMesh, FileMesh, MeshError, SurfaceMesh, TetMesh, error::shown};
 use glam::DVec3;
 
 /// A mesh file with its named parts, to make several bodies of one file.
@@ -157,41 +156,15 @@ impl Part {
 }
 
 impl Parts {
-    /// Reads a mesh file, as [`file()`](super::file).
-    ///
-    /// # Errors
-    /// As [`file()`](super::file).
-    pub fn of_file(path: &Path) -> Result<Self, MeshError> {
-        let name = path.display().to_string();
-        super::format_of(&name)?;
-        let contents = fs::read(path).map_err(|source| MeshError::Unreadable {
-            file: name.clone(),
-            source,
-        })?;
-        Self::of_bytes(&name, &contents, &|beside| {
-            fs::read(path.with_file_name(beside))
-        })
-    }
-
-    /// Reads a mesh file from memory, as [`bytes()`](super::bytes).
-    ///
-    /// # Errors
-    /// As [`file()`](super::file).
-    pub fn of_bytes(name: &str, bytes: &[u8], beside: &Beside) -> Result<Self, MeshError> {
-        let whole = match super::format_of(name)?.as_str() {
-            "obj" => return obj::read(name, bytes),
-            "gltf" | "glb" => return gltf::read(name, bytes, beside),
-            "msh" => return gmsh::read(name, bytes),
-            "node" | "ele" => tetgen::read(name, bytes, beside),
-            _ => medit::read(name, bytes),
-        }?;
-        Ok(Self {
-            file: name.into(),
+    /// A file of a format without named parts.
+    pub(super) fn unnamed(file: &str, whole: FileMesh) -> Self {
+        Self {
+            file: file.into(),
             whole,
             triangles: Vec::new(),
             segments: Vec::new(),
             named: None,
-        })
+        }
     }
 
     /// Names of parts that have a mesh, each once: nodes or objects in the order of the file, then
@@ -390,15 +363,4 @@ fn take_used<const N: usize>(all: &[DVec3], elements: &mut [[u32; N]]) -> Vec<DV
         *corner = used.partition_point(|&other| other < *corner) as u32;
     }
     used.iter().map(|&it| all[it as usize]).collect()
-}
-
-/// A name for a message: without control characters, and not too long.
-pub(crate) fn shown(name: &str) -> String {
-    const LONGEST: usize = 60;
-    let shown = name.chars().take(LONGEST).map(|c| match c.is_control() {
-        true => char::REPLACEMENT_CHARACTER,
-        false => c,
-    });
-    let more = (name.chars().count() > LONGEST).then_some('…');
-    shown.chain(more).collect()
 }

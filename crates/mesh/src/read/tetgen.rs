@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::{
-    Beside,
+    beside::Beside,
     text::{Words, decode},
 };
 use crate::{FileMesh, MeshError, TetMesh};

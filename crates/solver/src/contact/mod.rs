@@ -1,19 +1,3 @@
-//! Contact of particles with the ground and with colliders.
-//!
-//! Contacts are solved after every iteration, or as often as
-//! [`collision_iterations`](super::Settings::collision_iterations) says, and always after the last
-//! one, so that no constraint moves a particle back inside after them. Friction is Coulomb friction
-//! on positions: the tangential displacement of a particle that is pushed out by a total depth d in
-//! a substep is reduced by at most µd. This is the friction cone of forces, as both are multiplied
-//! by h²/m. Both are [accumulated](crate::ContactMultiplier) over the passes of a substep, so that friction does
-//! not depend on their number. Restitution moves the start position of the particle in the substep
-//! (its carry), so that the third stage computes a velocity of −e times the approach velocity.
-//!
-//! Contact response is computed in `f64` and applied to the displacement: the rounding error of a
-//! position would become a velocity.
-//!
-//! # Between surfaces
-//!
 //! Contact between bodies, and of a body with itself.
 //!
 //! Surfaces touch where a vertex comes near a triangle, or an edge near another edge. Three
@@ -40,32 +24,38 @@
 //! The fast solver and the reference share this module.
 
 mod bounds;
-pub(crate) mod collide;
-pub(crate) mod collider;
-pub(crate) mod collider_mesh;
-pub(crate) mod ground;
-mod ground_in_lanes;
-pub(crate) mod inside;
-pub(crate) mod multiplier;
-pub(crate) mod pairs;
-pub(crate) mod path;
-pub(crate) mod pose;
-mod reference;
-mod response;
-mod rise;
-pub(crate) mod shape;
-pub(crate) mod surface_force;
+mod closed_mesh;
+pub(crate) mod closest;
+mod common;
+pub(crate) mod contacts;
+mod crossing;
+pub(crate) mod crossings;
+mod detect;
+mod intersect;
+mod manifold;
+mod near;
+mod rigid;
+mod rigid_contacts;
+pub(crate) mod row;
+mod self_untangle;
+mod stitched;
+pub(crate) mod sums;
+mod surfaces;
+mod tangible;
+mod tangle;
+mod truncate;
+mod untangle;
+mod within;
 
-pub use collider::{Swept, SweptCollider};
-pub use inside::WayOut;
-pub use pairs::{
-    closest::on_triangle,
-    crossings::{Outline, Overlapped, crossings, overlaps},
+pub use crate::colliders::{
+    collider::{Swept, SweptCollider},
+    inside::WayOut,
+    pose::{rotation, rotation_degrees},
+    shape::Exit,
 };
-pub use pose::{rotation, rotation_degrees};
-pub use shape::Exit;
+pub use closest::on_triangle;
+pub use crossings::{Outline, Overlapped, crossings, overlaps};
 
-pub(crate) use inside::find_sides;
-pub(crate) use reference::exit;
-pub(crate) use response::LEVER;
-pub(crate) use surface_force::{Push, Pushes, Recorded};
+pub(crate) use contacts::Between;
+pub(crate) use row::ContactPart;
+pub(crate) use tangible::Tangible;

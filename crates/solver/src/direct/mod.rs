@@ -48,7 +48,6 @@ mod arbitrary;
 mod assemble;
 mod choice;
 mod column;
-pub(crate) mod effect;
 mod elements;
 mod fronts;
 pub(super) mod matrix;

@@ -9,12 +9,12 @@
 //! [in lanes](BodyEffect::IN_LANES).
 
 use crate::{
-    Threads, Topology,
-    contact::{WayOut, collider::SweptCollider},
+    Substep, Threads, Topology,
+    colliders::{collider::SweptCollider, inside::WayOut},
     kernel::{each::InLanes, sum::SquareSum},
     lanes::Instructions,
+    parallel::scope::Scope,
     particles::{Part, Particles},
-    step::{scope::Scope, substep::Substep},
 };
 use glam::{DVec3, Vec3, Vec4};
 use std::fmt;

@@ -11,9 +11,9 @@ use super::{
 use crate::{
     Effects, Topology,
     kernel::{each::InLanes, sum::SquareSum},
+    parallel::scope::{Scope, Side},
     particles::{Part, Particles},
     partitions::Piece,
-    step::scope::{Scope, Side},
 };
 use glam::{DVec3, Vec4};
 use std::ops::Range;

@@ -9,10 +9,12 @@
 //! A file in [`effects`](crate::effects) with its parameters and an implementation of
 //! [`Elastic`], and a line in the table of [`effects!`](crate::effects).
 
-use super::multipliers::Multipliers;
 use crate::{
     Damping, ElasticKind, Particles, Topology,
-    kernel::block::{Blocks, solve_all},
+    kernel::{
+        block::{Blocks, solve_all},
+        multipliers::Multipliers,
+    },
     order::Elements,
     particles::Part,
 };

@@ -8,20 +8,23 @@ pub(crate) mod body_effect;
 pub(crate) mod body_emitter;
 pub(crate) mod body_kinds;
 pub(crate) mod carried;
+pub(crate) mod contact;
+pub(crate) mod direct;
 pub mod elastic;
 pub(crate) mod elastic_kind;
 pub(crate) mod emitter;
 pub(crate) mod external;
 pub mod force;
+pub(crate) mod free;
 pub(crate) mod grab;
 pub(crate) mod grains;
 pub(crate) mod isometric_bend;
 pub(crate) mod kinds;
 pub(crate) mod membrane;
-pub(crate) mod multipliers;
 pub(crate) mod neo_hookean;
 pub(crate) mod plasticity;
 pub(crate) mod pressure;
+pub(crate) mod rigid;
 pub(crate) mod rod;
 pub(crate) mod shape_matching;
 pub(crate) mod sink;
@@ -36,23 +39,27 @@ pub(crate) mod volume;
 pub(crate) mod weave;
 pub(crate) mod workspace;
 
-/// The types of effects under their own names; those of forces and of contacts are in `force` and `contact`.
+/// The types of effects under their own names; those of forces are in `force`.
 pub(crate) mod all {
     pub use super::{
         bend::Bend,
         body_emitter::BodyEmitter,
-        emitter::{Emission, Emitter, Flow},
-        grab::{Glide, Grab, GrabState, Hold, SurfacePoint},
+        contact::{Contact, SelfContact},
+        direct::Direct,
+        emitter::Emitter,
+        grab::{Glide, Grab, GrabState, Hold},
         grains::{Grains, GrainsState},
         isometric_bend::IsometricBend,
         membrane::Membrane,
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
         pressure::{Pressure, PressureState},
-        rod::{
-            MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodLink, RodShape, RodSolver, RodState,
-            SegmentState,
+        rigid::{
+            collide::Collide,
+            ground::{Ground, StickyGround},
+            multiplier::ContactMultiplier,
         },
+        rod::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodLink, RodShape, RodSolver, RodState},
         shape_matching::{ShapeMatching, ShapeMatchingState},
         sink::Sink,
         stitches::{Stitch, StitchEnd, StitchError, Stitches},
@@ -67,8 +74,8 @@ pub(crate) mod all {
 }
 
 pub use crate::kernel::geometry::volume_and_gradients;
+pub use crate::kernel::multipliers::Multipliers;
 pub use body_effect::BodyPhase;
-pub use multipliers::Multipliers;
 pub use neo_hookean::strains;
 pub use shape_matching::{MatchedParticle, MatchingPass};
 

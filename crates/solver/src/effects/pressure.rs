@@ -6,8 +6,8 @@ use crate::reflection::*;
 use crate::{
     Filling, Stiffness, Topology,
     kernel::sum::SquareSum,
+    parallel::scope::WholeBody,
     particles::{Part, Particles},
-    step::scope::WholeBody,
     topology::Enclosure,
 };
 use glam::DVec3;

@@ -7,8 +7,8 @@ use crate::{
     Damping, Frequency, Particles, RegionSize, Topology,
     fit::MassFit,
     kernel::sum::SquareSum,
+    parallel::scope::WholeBody,
     particles::Part,
-    step::scope::WholeBody,
     topology::{Identity, Regions},
 };
 use glam::DVec3;

@@ -1,10 +1,15 @@
 //! States of the effects of a body.
 
-use super::{body_kinds::BodyEffectStates, force::Load, rod, workspace::Workspace};
+use super::{
+    body_kinds::BodyEffectStates,
+    force::Load,
+    free::{Free, SpinState},
+    rod,
+    workspace::Workspace,
+};
 use crate::{
-    Effects, ElasticKind, Particles, SurfaceForce, TearState, Topology,
-    contact::{Recorded, WayOut},
-    step::free::{Free, SpinState},
+    Effects, ElasticKind, Particles, SurfaceForce, TearState, Topology, colliders::inside::WayOut,
+    particles::surface_force::Recorded,
 };
 use glam::Vec4;
 

@@ -4,8 +4,8 @@ use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Compliance, Force, ParticleIndex, SurfacePoint, Toughness, contact::collider::SweptCollider,
-    particles::Part, step::scope::WholeBody,
+    Compliance, Force, ParticleIndex, SurfacePoint, Toughness, colliders::collider::SweptCollider,
+    parallel::scope::WholeBody, particles::Part,
 };
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};

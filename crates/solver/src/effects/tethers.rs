@@ -4,8 +4,8 @@ use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Particles, Slack, Topology, TopologyId, kernel::sum::SquareSum, particles::Part,
-    step::scope::ReadOnly,
+    Particles, Slack, Topology, TopologyId, kernel::sum::SquareSum, parallel::scope::ReadOnly,
+    particles::Part,
 };
 use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};

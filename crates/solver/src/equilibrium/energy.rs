@@ -4,7 +4,6 @@
 //! first particle: rows depend on differences alone, so their rounding error is relative to the
 //! size of an element, not to its distance from the origin.
 
-use super::projection::{ElementMatrix, MAX_COORDINATES, project};
 use crate::{
     Body, ElasticKind, Finite, Topology,
     direct::{
@@ -12,6 +11,7 @@ use crate::{
         plan::Plan,
     },
     elastic::{Elastic, Point, Row, Visit},
+    kernel::eigen::{ElementMatrix, MAX_COORDINATES, project},
 };
 use glam::DVec3;
 

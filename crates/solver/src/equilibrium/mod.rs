@@ -21,7 +21,6 @@
 //! should buckle, it fails: the direction of buckling is left to a simulation.
 
 mod energy;
-pub(crate) mod projection;
 mod refusal;
 mod search;
 

@@ -2,7 +2,7 @@
 //!
 //! Unsafe code is in this module, in [`lanes`](super::lanes), for copies and strips in
 //! [`columns`](super::columns), [`copies`](super::copies) and [`strips`](super::strips), where
-//! threads access pieces of a body (`step/scope.rs`, `step/shared_body.rs`, `step/copies.rs`) and
+//! threads access pieces of a body (`parallel/scope.rs`, `step/shared_body.rs`, `step/copies.rs`) and
 //! where they receive work of the caller (`parallel`);
 //! `tests/memory.rs` runs all of it under Miri. Soundness of this module: an [`Elements`] is
 //! immutable and gives the particle range of each batch; `solve_batch` rejects particles that do
@@ -14,7 +14,7 @@
 )]
 
 use super::arithmetic::{dot, scaled};
-use crate::effects::multipliers::Multipliers;
+use crate::kernel::multipliers::Multipliers;
 use crate::{
     Threads,
     lanes::{

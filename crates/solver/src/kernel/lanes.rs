@@ -12,19 +12,15 @@
     reason = "particles are read and written by their address"
 )]
 
-use crate::topology::corner::Corner;
+pub use crate::layout::width::{MAX_WIDTH, WIDTH};
+
+use crate::layout::corner::Corner;
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 use fearless_simd::Fallback;
 #[cfg(target_arch = "x86_64")]
 use fearless_simd::{Avx2, Avx512, f32x16, f64x8};
 use fearless_simd::{Level, f32x4, f32x8, f64x4, prelude::*};
 use glam::Vec4;
-
-/// Number of constraints of a color that are solved together.
-pub const WIDTH: usize = 8;
-
-/// Largest number of lanes: that of AVX-512.
-pub const MAX_WIDTH: usize = 16;
 
 /// An instruction set for which kernels are compiled, with [`WIDTH`] or [`MAX_WIDTH`] lanes.
 pub trait Lanes: Simd {

@@ -8,10 +8,13 @@ pub(crate) mod block;
 pub(crate) mod columns;
 pub(crate) mod copies;
 pub(crate) mod each;
+pub(crate) mod eigen;
 pub(crate) mod fit;
 pub(crate) mod geometry;
 pub(crate) mod lanes;
+pub(crate) mod method;
 pub(crate) mod moments;
+pub(crate) mod multipliers;
 pub(crate) mod random;
 pub(crate) mod strips;
 pub(crate) mod sum;
@@ -30,6 +33,6 @@ pub mod prelude {
         Block, Blocks, Columns, Floats, Lanes, Projected, Vectors, cross, difference, dot, iterate,
         scaled,
     };
-    pub use crate::topology::{Edges, order::Elements};
+    pub use crate::{layout::order::Elements, topology::Edges};
     pub use fearless_simd::prelude::*;
 }

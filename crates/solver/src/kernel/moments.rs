@@ -8,7 +8,7 @@ use super::{
     arithmetic::{cross, scaled},
     lanes::{Columns, Floats, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors},
 };
-use crate::{particles::Part, topology::strips::Strips};
+use crate::{layout::strips::Strips, particles::Part};
 use fearless_simd::{f32x4, prelude::*};
 use glam::{DMat3, DVec3, Vec3, Vec4};
 

@@ -31,3 +31,27 @@ impl Draws {
         (self.0 >> 11) as f64 / 9_007_199_254_740_992.0
     }
 }
+
+/// Uniform pseudo-random numbers from a seed, identical on every machine (SplitMix64, Steele and
+/// others 2014).
+#[derive(Debug, Clone)]
+pub struct Random(u64);
+
+impl Random {
+    /// Starts the sequence of a seed.
+    #[must_use]
+    pub fn new(seed: u32) -> Self {
+        Self(u64::from(seed))
+    }
+
+    /// The next number, from 0 up to but not including 1.
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "an endless sequence, not an iterator"
+    )]
+    pub fn next(&mut self) -> f32 {
+        let z = mix(self.0);
+        self.0 = self.0.wrapping_add(STEP);
+        (z >> 40) as f32 / (1_u32 << 24) as f32
+    }
+}

@@ -21,7 +21,7 @@ use super::{
     moments::{self, Moments, Turn},
 };
 use crate::{
-    effects::multipliers::Multipliers,
+    kernel::multipliers::Multipliers,
     particles::Part,
     topology::{
         order::{Batch, Direction, Elements},

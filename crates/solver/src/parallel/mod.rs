@@ -2,5 +2,6 @@
 
 #[cfg(feature = "parallel")]
 pub mod pool;
+pub(crate) mod scope;
 pub mod threads;
 pub mod wait;

@@ -4,8 +4,8 @@ use super::{Body, Pass};
 use crate::{
     Substep, advance::Stage, effects::body_effect::ReferencePass,
     effects::body_kinds::BodyEffectKind, elastic::Elastic, elastic::Point, elastic::Row,
-    elastic::Visit, kernel::block::DEPENDENT, method::Averaging, method::Masses,
-    topology::order::Direction,
+    elastic::Visit, kernel::block::DEPENDENT, layout::order::Direction, method::Averaging,
+    method::Masses,
 };
 use glam::DVec3;
 use std::sync::Arc;

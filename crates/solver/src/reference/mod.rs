@@ -23,19 +23,20 @@ mod tear;
 use crate::{
     Collider, Contacts, Effects, ElasticKind, Emission, Grains, RodState, SegmentState, Settings,
     Stitches, Substep, Threads, Topology,
-    contact::{WayOut, pairs::Between},
+    colliders::inside::WayOut,
+    contact::Between,
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
         body_kinds::{BodyEffectKind, ReferenceStates},
     },
     force::Moment,
+    layout::order::Direction,
     method::Averaging,
     repair::Repair,
     step::{
         joints::{self, Joined},
         together::must_step_together,
     },
-    topology::order::Direction,
 };
 use glam::DVec3;
 use std::sync::Arc;

@@ -3,7 +3,12 @@
 use super::{Body, Past};
 use crate::{
     Effects, Settings, Stitches, Topology,
-    contact::{WayOut, collider::SweptCollider, exit, inside::side, pairs::Tangible},
+    colliders::{
+        collider::SweptCollider,
+        inside::{WayOut, side},
+    },
+    contact::Tangible,
+    effects::{free::free_parts, rigid::reference::exit},
     force::Force,
     force::Moment,
     force::Mote,
@@ -13,7 +18,6 @@ use crate::{
     repair::{OneByOne, ParticleAccess, Repairable},
     rolling::GroundContact,
     spin::Motion,
-    step::free::free_parts,
 };
 use glam::DVec3;
 use std::{cell::Cell, sync::Arc};

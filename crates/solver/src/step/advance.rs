@@ -17,28 +17,28 @@ pub(crate) use super::stage::{Acting, Solve};
 use crate::{
     BodyEffectKind, Effects, ElasticKind, ExternalForce, ForceKind, Grains, Settings, Substep,
     Threads, Topology,
-    contact::{WayOut, find_sides},
+    colliders::inside::{WayOut, find_sides},
     direct::Iteration,
     effects::{
         body_effect::{BodyPass, Resting},
+        free::Free,
         rod,
         workspace::Workspace,
     },
     executor::PhaseExecutor,
     force::Moment,
     kernel::{block::Put, copies::Copies, moments::moments},
+    layout::strips::Strips,
+    parallel::scope::Side,
     particles::Part,
     partitions::Piece,
     phases::{Phase, Phases, Task},
     shared_body::SharedBody,
     stages,
     step::{
-        free::Free,
-        scope::Side,
         spin,
         strips::{InStrips, Moving},
     },
-    topology::strips::Strips,
 };
 use std::{iter, ops::Range, sync::Arc};
 

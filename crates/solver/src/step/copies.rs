@@ -7,7 +7,6 @@
 
 use super::{
     advance::{Acting, Friction, NotFinite, StepContext, Stepper, TaskContext, tasks},
-    free::Free,
     kernels::CopiesPass,
     phases::{Phase, Phases, Task},
     shared_body::SharedBody,
@@ -15,7 +14,10 @@ use super::{
 };
 use crate::{
     BodyEffectKind, Effects, ElasticKind, Settings, Stitches, Topology,
-    effects::workspace::{Columns, Workspace},
+    effects::{
+        free::Free,
+        workspace::{Columns, Workspace},
+    },
     kernel::{
         lanes::{Instructions, MAX_WIDTH, WIDTH},
         moments::Turn,

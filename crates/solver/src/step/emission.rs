@@ -7,7 +7,7 @@
 use crate::{
     Body, Capacity, Density, Effects, Emission, Emitter, Finite, Flow, Mass, Particles, Settings,
     StitchEnd, Stitches, Topology, VertexIndex,
-    effects::emitter::Origin,
+    particles::emission::Origin,
     rest::SleepSettings,
     topology::{Birth, Dimension},
 };

@@ -279,9 +279,9 @@ impl Drop for Guard<'_> {
 mod tests {
     use super::*;
     use crate::{
+        parallel::scope::Side,
         partitions::{MIN_CUT, Partitions},
         phases::{Phases, Task},
-        step::scope::Side,
     };
     use std::{hint::spin_loop, iter};
 

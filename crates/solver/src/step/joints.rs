@@ -5,10 +5,9 @@
 //! and contacts: Δλ = −(C + α̃λ)/(W + α̃) for C = a − b [m], as [within a body](crate::Stitches). Both
 //! ends receive opposite forces, so that momentum is conserved.
 
-use super::substep::Substep;
 use crate::{
-    StitchEnd, Stitches,
-    contact::pairs::Tangible,
+    StitchEnd, Stitches, Substep,
+    contact::Tangible,
     topology::{Renewed, Torn},
 };
 use glam::DVec3;

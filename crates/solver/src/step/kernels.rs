@@ -1,6 +1,6 @@
 //! The kernels of the elastic effects of a body, and the pieces that they work on.
 
-use super::{phases::Task, scope::Side, shared_body::SharedBody};
+use super::{phases::Task, shared_body::SharedBody};
 use crate::{
     Effects, ElasticKind, Topology,
     effects::{Multipliers, elastic::Elastic},
@@ -10,11 +10,12 @@ use crate::{
         lanes::Instructions,
         strips::{self, StripRows},
     },
-    particles::Part,
-    topology::{
+    layout::{
         order::{Direction, Elements},
         partitions::Piece,
     },
+    parallel::scope::Side,
+    particles::Part,
 };
 
 /// Generates the code for elastic effects.

@@ -10,9 +10,10 @@
 //! The tasks of a particle run in the same order as if each task were completed on the whole body
 //! before the next begins.
 
-use super::{scope::Side, stage::Stage};
+use super::stage::Stage;
 use crate::{
     BodyEffectKind, ElasticKind, ForceKind,
+    parallel::scope::Side,
     partitions::{Partitions, Piece},
 };
 use std::iter::Peekable;

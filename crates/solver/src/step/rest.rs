@@ -11,7 +11,7 @@
 
 use crate::{
     Effects, ElasticKind, ForceKind, InvalidValue, Particles, Topology,
-    contact::collider::SweptCollider, topology::bounds,
+    colliders::collider::SweptCollider, topology::bounds,
 };
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};

@@ -6,10 +6,10 @@
     reason = "threads get pieces of one borrow that share no element"
 )]
 
-use super::{scope::Column, stepper::Stepper};
+use super::stepper::Stepper;
 use crate::{
     ElasticKind, Instructions, SegmentState,
-    contact::{Pushes, WayOut},
+    colliders::inside::WayOut,
     direct::DirectWorkspace,
     effects::{body_kinds::SharedStates, force::Load},
     kernel::{
@@ -17,9 +17,10 @@ use crate::{
         moments::{Moments, Turn},
         strips::{BEFORE, CARRIES, PARTICLES, StripRows},
     },
-    particles::Part,
+    layout::strips::Strips,
+    parallel::scope::Column,
+    particles::{Part, surface_force::Pushes},
     partitions::{Partitions, Piece},
-    topology::strips::Strips,
 };
 use glam::{Vec3, Vec4};
 use std::{

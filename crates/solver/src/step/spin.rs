@@ -27,9 +27,10 @@
 //! balance. [Rods](crate::Rod), whose segments rotate too, and stitches between points of a body are not
 //! among the internal constraints here.
 
-use super::{free::Free, stage::Stage, stepper::Stepper};
+use super::{stage::Stage, stepper::Stepper};
 use crate::{
     Method, Particles, Settings, Topology,
+    effects::free::Free,
     kernel::moments::{Moments, Turn},
     particles::Part,
 };

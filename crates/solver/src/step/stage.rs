@@ -1,14 +1,11 @@
 //! The stages of a substep, in order.
 
-use super::{
-    free::Free,
-    method::Method,
-    substep::{Settings, Substep},
-};
 use crate::{
-    Damping, Effects, ForceKind,
-    effects::{body_effect::BodyPhase, body_kinds::BodyEffectKind, elastic_kind::ElasticKind},
-    topology::order::Direction,
+    Damping, Effects, ForceKind, Method, Settings, Substep,
+    effects::{
+        body_effect::BodyPhase, body_kinds::BodyEffectKind, elastic_kind::ElasticKind, free::Free,
+    },
+    layout::order::Direction,
 };
 use std::cmp::Reverse;
 
@@ -349,7 +346,7 @@ impl Stage {
             Self::Force(kind) => effects.has_force(kind),
             Self::Elastic(kind) => effects.iterates(kind, method),
             Self::Direct => effects.is_direct(method),
-            // Contacts of rigid bodies act on the whole body, in `contact::pairs`.
+            // Contacts of rigid bodies act on the whole body, in `contact`.
             Self::Body(BodyEffectKind::Ground | BodyEffectKind::Collide) if effects.is_rigid() => {
                 false
             }

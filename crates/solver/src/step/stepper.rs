@@ -1,9 +1,9 @@
 //! Input of a step: a body and its context.
 
-use super::{stage::Stage, substep::Settings};
+use super::stage::Stage;
 use crate::{
-    EffectStates, Effects, ExternalForce, Particles, Stitches, Threads, Topology,
-    contact::collider::Swept, direct::DirectWorkspace, lanes::Instructions,
+    EffectStates, Effects, ExternalForce, Particles, Settings, Stitches, Threads, Topology,
+    colliders::collider::Swept, direct::DirectWorkspace, lanes::Instructions,
 };
 use std::{fmt, sync::Arc};
 

@@ -7,13 +7,13 @@
 
 use super::{
     advance::{Acting, StepContext},
-    free::Free,
     phases::Task,
-    scope::Side,
 };
 use crate::{
     ElasticKind, Topology,
+    effects::free::Free,
     kernel::lanes::{Instructions, MAX_WIDTH},
+    parallel::scope::Side,
 };
 
 /// A body in strips.

@@ -21,17 +21,14 @@ use super::{
     advance::{NotFinite, Stage, StepContext, Stepper},
     joints::{self, Joined},
     stage::Solve,
-    substep::Substep,
 };
 use crate::{
-    Contacts, Effects, ForceKind, Stitches, Threads, Topology, WorkEstimate,
-    contact::{
-        Push,
-        pairs::{Between, ContactPart, Tangible},
-    },
+    Contacts, Effects, ForceKind, Stitches, Substep, Threads, Topology, WorkEstimate,
+    contact::{Between, ContactPart, Tangible},
     effects::body_kinds::BodyEffectKind,
     ledger::{Cause, EnergyTracker, Ledger},
     measure,
+    particles::surface_force::Push,
 };
 use glam::DVec3;
 use std::ops::Range;

@@ -11,11 +11,8 @@ use super::{
 use crate::{
     Body, Collider, Contacts, Cut, Settings, Threads, WorkEstimate,
     advance::StepContext,
-    contact::{
-        Outline, Overlapped,
-        collider::{Swept, SweptCollider},
-        crossings, overlaps,
-    },
+    colliders::collider::{Swept, SweptCollider},
+    contact::{Outline, Overlapped, crossings, overlaps},
     lanes::Instructions,
     rest::{SleepSettings, Wakefulness, disturbed, settle, written},
 };

@@ -6,9 +6,7 @@
 //! Gauss–Seidel in an order sorted by vertex diverges). Rest values are rounded like the values
 //! that the solver compares with them, so that a body in its rest shape does not move at all.
 
-pub mod coloring;
 mod components;
-pub(crate) mod corner;
 mod edges;
 mod enclosure;
 mod facets;
@@ -20,20 +18,19 @@ pub(crate) mod id;
 pub(crate) mod index;
 pub(crate) mod input;
 pub mod numbering;
-pub mod order;
-pub mod partitions;
 mod parts;
 pub(crate) mod precomputed;
 mod regions;
 mod renewal;
 pub(crate) mod rest_shape;
-pub mod strips;
 mod struts;
 pub mod surface;
+pub(crate) mod surface_point;
 mod tear;
 mod tetrahedra;
 pub(crate) mod union;
 
+pub use crate::layout::{coloring, order, partitions, strips};
 pub use components::Components;
 pub use edges::Edges;
 pub use enclosure::{Enclosure, NotClosed};

@@ -3,8 +3,7 @@
 //! A cache that follows from the grab, the mesh and the pins; it is not part of the state.
 
 use super::{Grab, Hold};
-use crate::{Topology, TopologyId};
-use glam::DVec3;
+use crate::{SurfacePoint, Topology, TopologyId};
 
 /// Particles and weights; empty for a grab of one point, which has its own. In a box, as few bodies
 /// have one.
@@ -14,7 +13,7 @@ pub struct Patch(Option<Box<Found>>);
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Found {
     terms: Vec<(usize, f64)>,
-    of: Option<(TopologyId, super::SurfacePoint, f32)>,
+    of: Option<(TopologyId, SurfacePoint, f32)>,
 }
 
 impl Patch {
@@ -113,9 +112,4 @@ fn connected(
     }
     let found = found.into_iter().enumerate();
     found.filter(|(_, it)| *it).map(|(i, _)| (i, 1.0)).collect()
-}
-
-/// Weighted mean of `at` over some particles.
-pub fn mean(terms: impl Iterator<Item = (usize, f64)>, at: impl Fn(usize) -> DVec3) -> DVec3 {
-    terms.fold(DVec3::ZERO, |sum, (i, weight)| sum + at(i) * weight)
 }

@@ -114,7 +114,7 @@ fn vectors<L: Lanes>(simd: L, column: &[Vec4], places: &[u32; WIDTH]) -> Vectors
 }
 
 /// mr²/I of a ball.
-const LEVER: f32 = crate::contact::LEVER as f32;
+const LEVER: f32 = crate::effects::rigid::response::LEVER as f32;
 
 /// What pairs of grains that rotate want to reach: that they neither slip nor roll on each other.
 ///

@@ -10,8 +10,8 @@ use super::body_effect::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Cohesion, Fraction, Friction, GrainRolling, RecoverySpeed, Topology, particles::Part,
-    step::scope::WholeBody, topology::Identity,
+    Cohesion, Fraction, Friction, GrainRolling, RecoverySpeed, Topology,
+    parallel::scope::WholeBody, particles::Part, topology::Identity,
 };
 use contacts::Contacts;
 use glam::{DVec3, Vec4};

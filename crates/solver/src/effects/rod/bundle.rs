@@ -24,9 +24,10 @@ use super::{
     elimination::SINGULAR,
     shape::Rest as RestChains,
     solver::RodSolver,
-    system::{Errors, Pass, SegmentState},
+    system::{Errors, Pass},
 };
 use crate::{
+    SegmentState,
     kernel::lanes::{Lanes, SimdWork},
     particles::Part,
 };

@@ -1,7 +1,7 @@
 //! The linking number of a closed rod.
 
-use super::{RodShape, SegmentState};
-use crate::{ParticleIndex, Topology};
+use super::RodShape;
+use crate::{ParticleIndex, SegmentState, Topology};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 

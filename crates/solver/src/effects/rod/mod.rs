@@ -13,7 +13,6 @@ mod system;
 pub use link::RodLink;
 pub use shape::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, RodShape};
 pub use solver::RodSolver;
-pub use system::SegmentState;
 
 use super::body_effect::{
     BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Store,
@@ -21,8 +20,8 @@ use super::body_effect::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Curl, Damping, Particles, PoissonRatio, RodRadius, SectionStiffness, Topology, TurnRate, Twist,
-    YoungsModulus,
+    Curl, Damping, Particles, PoissonRatio, RodRadius, SectionStiffness, SegmentState, Topology,
+    TurnRate, Twist, YoungsModulus,
     kernel::sum::SquareSum,
     particles::Part,
     topology::{Identity, Torn},

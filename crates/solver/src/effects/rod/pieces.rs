@@ -9,11 +9,12 @@ use super::{
     RodState,
     bundle::{Bundle, Scratch},
     shape::ChainRange,
-    system::{Errors, SegmentState, System},
+    system::{Errors, System},
 };
 use crate::{
+    SegmentState,
+    parallel::scope::{Column, Scope, Side},
     partitions::Piece,
-    step::scope::{Column, Scope, Side},
 };
 use std::{
     ops::Range,

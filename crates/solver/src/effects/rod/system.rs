@@ -9,17 +9,9 @@ use super::{
     shape::{Rest, RestJoint},
     solver::RodSolver,
 };
+use crate::SegmentState;
 use glam::{DMat3, DQuat, DVec3};
 use std::collections::BTreeSet;
-
-/// Orientation and rotation of a segment of a [rod](crate::Rod).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct SegmentState {
-    /// It turns the z axis to the direction of the segment.
-    pub orientation: DQuat,
-    /// Angular velocity [rad/s].
-    pub angular_velocity: DVec3,
-}
 
 /// A particle in a substep.
 #[derive(Debug, Clone, Copy, PartialEq)]

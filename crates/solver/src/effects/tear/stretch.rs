@@ -1,6 +1,6 @@
 //! Principal stretches of an element.
 
-use crate::equilibrium::projection::{ElementMatrix, eigen};
+use crate::kernel::eigen::{ElementMatrix, eigen};
 use glam::{DMat3, DVec3};
 
 /// Principal stretches.

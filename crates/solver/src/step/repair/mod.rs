@@ -47,20 +47,19 @@
 //! for [`NeoHookean`](crate::NeoHookean), which recovers by its own forces.
 
 mod damage;
-pub(crate) mod state;
 
+pub use crate::particles::repair::Repair;
 pub use damage::{COLLAPSED, CRUSHED, LOADED, TANGLED};
 pub(crate) use damage::{OneByOne, Repairable};
-pub use state::Repair;
 
 use damage::Search;
-use state::{Regions, UnderRepair};
 
 use crate::{
     Particles, Topology,
     advance::{StepContext, Stepper},
     effects::shape_matching::HEAVY,
     fit,
+    particles::repair::{Regions, UnderRepair},
     spin::Motion,
 };
 use glam::{DMat3, DVec3};
@@ -305,11 +304,6 @@ impl UnderRepair {
             let tangled = self.tangled.get(i as usize);
             tangled.is_some_and(|&[seconds, _]| f64::from(seconds) > MIN_TANGLED_TIME * self.time)
         })
-    }
-
-    /// Reduces the duration of repair in a tick of `seconds` without repair.
-    fn cool_down(&mut self, seconds: f64) {
-        self.spent = (self.spent - 0.1 * seconds).max(0.0);
     }
 
     /// Finds the regions: particles under repair that share elements, each region in ascending

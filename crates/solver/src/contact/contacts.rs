@@ -1,0 +1,921 @@
+//! Contacts of all bodies of a world.
+
+use super::{
+    bounds::Ball,
+    closed_mesh::ClosedMesh,
+    common::CommonMotion,
+    crossing::Crossing,
+    detect::{Batch, Candidate, NearPart, PiecePair, Scratch},
+    manifold::Manifolds,
+    rigid::Rigid,
+    row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
+    stitched::StitchedVertices,
+    sums::{PairContact, Sums},
+    tangible::Tangible,
+    tangle::{CrossingSearch, Tangle},
+    truncate::Truncation,
+};
+use crate::{
+    Effects, Pose, Stitches, Substep, Threads,
+    colliders::collider::SweptCollider,
+    effects::contact::{PairParams, Params},
+    topology::surface::{Patch, Surface},
+};
+use glam::{DAffine3, DVec3, Vec3A};
+use std::{ops::Range, sync::Arc};
+
+/// Reach of a ball along the predicted motion, as a multiple of the motion.
+pub(super) const HORIZON: f64 = 1.5;
+
+/// Tolerated deviation of a particle from its expected path, as a fraction of the mean edge, and at
+/// least a quarter of the thickness. Larger values mean fewer detections with more candidates: with
+/// all of the thickness a dense pile had 2.5 times as many, and took 1.3 times as long.
+const SKIN: f32 = 0.1;
+
+/// Kind of contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Between {
+    /// Between different bodies.
+    Bodies,
+    /// Of a body with itself.
+    Itself,
+    /// Of a body with colliders that are meshes.
+    Colliders,
+}
+
+/// Contact statistics of the last substep, and the number of detections.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct ContactCounts {
+    /// Pairs of primitives that may come near each other.
+    pub candidates: usize,
+    /// Candidates near enough for a constraint.
+    pub near: usize,
+    /// Constraints with a force.
+    pub acting: usize,
+    /// Particles with truncated motion.
+    pub truncated: usize,
+    /// Pairs that could not be separated, because none of their particles may be moved.
+    pub failed: usize,
+    /// Number of detections since contact was last inactive.
+    pub detections: u64,
+}
+
+/// Contacts of all bodies of a world that carry [`Contact`](crate::Contact) or
+/// [`SelfContact`](crate::SelfContact), and of those that carry [`Collide`](crate::Collide) with colliders that are meshes.
+///
+/// A cache, not part of the state: without it a world continues with the same bits.
+#[derive(Debug, Default)]
+pub struct Contacts {
+    pub(super) members: Vec<Member>,
+    pub(super) pieces: Vec<Piece>,
+    /// Per surface vertex: position at the start of the substep, and predicted position at its end
+    /// [m].
+    pub(super) starts: Vec<DVec3>,
+    pub(super) ends: Vec<DVec3>,
+    pub(super) inverse_masses: Vec<f64>,
+    /// Per corner of a piece: its surface vertex, the center of the ball around its motion in the
+    /// substep in the frame of the piece, and the center for which candidates were found.
+    pub(super) vertices: Vec<u32>,
+    pub(super) centers: Vec<Vec3A>,
+    /// Half the length of the motion of each corner in the frame of its piece [m].
+    pub(super) half_motions: Vec<f32>,
+    pub(super) claimed: Vec<Vec3A>,
+    /// Pieces that may come near each other, and the bound on their relative motion.
+    pub(super) pairs: Vec<PiecePair>,
+    pub(super) batches: Vec<Batch>,
+    pub(super) candidates: Vec<Candidate>,
+    /// Lower bounds of the gaps of the candidates at the start of the substep [m].
+    pub(super) gaps: Vec<f32>,
+    /// The near candidates, in parts for the threads.
+    pub(super) near: Vec<NearPart>,
+    /// Rows of each kind of contact.
+    pub(super) rows: [Vec<ContactRow>; KINDS],
+    pub(super) active: Vec<Active>,
+    pub(super) rigids: Vec<Rigid>,
+    pub(super) manifolds: Manifolds,
+    pub(super) tangles: Vec<Tangle>,
+    pub(super) crossings: Vec<Crossing>,
+    pub(super) search: CrossingSearch,
+    /// Per member: whether it may have crossed another surface since the last check.
+    pub(super) may_cross: Vec<bool>,
+    /// Per member: whether it is a collider that was teleported since.
+    pub(super) teleported: Vec<bool>,
+    /// Per member: triangles of a closed collider, once they were needed.
+    pub(super) closed: Vec<Option<ClosedMesh>>,
+    /// Index of each vertex among the active ones.
+    pub(super) places: Vec<u32>,
+    /// Pairs of bodies in contact at the start of the last substep.
+    pub(super) touching: Vec<[u32; 2]>,
+    pub(super) sums: Sums,
+    pub(super) truncation: Truncation,
+    /// Bodies whose velocity changes after the substep, and by how much, per substep [m].
+    pub(super) pushes: Vec<(usize, DVec3)>,
+    pub(super) scratch: Scratch,
+    pub(super) counts: ContactCounts,
+    /// Length of the last substep [s].
+    pub(super) h: f64,
+    pub(super) is_valid: bool,
+}
+
+/// Passes over the contacts of rigid bodies in both directions, after the first.
+const RIGID_PASSES: usize = 8;
+
+/// A particle that deviates by more than this fraction of the thickness from its stepped position
+/// was moved externally.
+const MOVED: f32 = 0.01;
+
+/// A collider that deviates by more than this fraction of its mean edge from the end of its last motion
+/// was teleported.
+const TELEPORTED: f32 = 1e-3;
+
+/// Number of kinds of contact.
+const KINDS: usize = 3;
+
+/// Owner of a surface, by its index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Owner {
+    Body(usize),
+    Collider(usize),
+}
+
+/// A body with contact, or a collider that is a mesh.
+#[derive(Debug)]
+pub(super) struct Member {
+    pub(super) owner: Owner,
+    /// Index of its body among the rigid ones; [`NO_INDEX`] for others.
+    pub(super) rigid: u32,
+    pub(super) surface: Arc<Surface>,
+    /// Index of its first surface vertex.
+    pub(super) first: usize,
+    /// Parameters by kind of contact.
+    pub(super) params: [Option<Params>; KINDS],
+    /// Number of its body; [`NO_INDEX`] for a collider.
+    pub(super) number: u32,
+    /// Its stitches.
+    pub(super) stitched: StitchedVertices,
+    pub(super) is_stepped: bool,
+    /// Motion of a collider in the substep.
+    pub(super) motion: DAffine3,
+    /// Pose of a collider when it was registered.
+    pose: Option<Pose>,
+}
+
+/// A piece of the surface of a member, with its own moving frame.
+#[derive(Debug)]
+pub(super) struct Piece {
+    pub(super) member: usize,
+    /// Index of the patch of the surface.
+    pub(super) patch: usize,
+    /// Index of its first corner.
+    pub(super) first: usize,
+    pub(super) is_stepped: bool,
+    pub(super) half_thickness: f32,
+    /// Whether its motion has left its claims.
+    pub(super) is_lost: bool,
+    /// Origin of its frame [m], and its displacement since detection [m].
+    pub(super) origin: DVec3,
+    pub(super) drift: DVec3,
+    /// Mean motion in the substep [m].
+    pub(super) motion: DVec3,
+    /// The common motion of its group, where motion is cut.
+    pub(super) common: Option<CommonMotion>,
+    /// Displacements of its frame for which the pairs of pieces are valid.
+    pub(super) claim: Ball,
+    /// Margin of its balls against rounding [m].
+    pub(super) slack: f32,
+    /// Radius of the balls around the motion of its corners, with a margin [m], and of those for
+    /// which candidates are valid.
+    pub(super) radius: f32,
+    pub(super) claimed_radius: f32,
+    /// Maximum reach of a ball beyond the center of the claimed one [m].
+    pub(super) travel: f32,
+}
+
+impl Member {
+    pub(super) fn vertices(&self) -> Range<usize> {
+        self.first..self.first + self.surface.vertices.len()
+    }
+
+    /// The particle of one of its surface vertices.
+    pub(super) fn particle(&self, vertex: usize) -> usize {
+        self.surface.vertices[vertex - self.first] as usize
+    }
+
+    /// The largest of its parts of the distance in the kinds of contact that it has [m].
+    pub(super) fn half_thickness(&self) -> f32 {
+        let kinds = [Between::Bodies, Between::Itself, Between::Colliders];
+        let halves = kinds.map(|between| self.half_thickness_for(between));
+        halves.into_iter().flatten().fold(0.0, f32::max)
+    }
+
+    pub(super) fn is_collider(&self) -> bool {
+        matches!(self.owner, Owner::Collider(_))
+    }
+
+    /// By how much one of its surface vertices is smaller than the largest [m].
+    pub(super) fn deficit(&self, vertex: u32) -> f32 {
+        let radius = self.surface.radii.get(vertex as usize - self.first);
+        radius.map_or(0.0, |radius| self.surface.largest_radius - radius)
+    }
+
+    /// Kind of contact with another member, or with itself, if any.
+    pub(super) fn between(&self, other: &Self) -> Option<Between> {
+        let between = if self.owner == other.owner {
+            Between::Itself
+        } else if self.is_collider() || other.is_collider() {
+            Between::Colliders
+        } else {
+            Between::Bodies
+        };
+        let can = [self, other]
+            .iter()
+            .all(|member| member.params[between as usize].is_some());
+        let are_both_colliders = self.is_collider() && other.is_collider();
+        (can && !are_both_colliders && (self.is_stepped || other.is_stepped)).then_some(between)
+    }
+
+    /// Parameters of contact with another member, or with itself, in a substep of `h` seconds.
+    pub(super) fn pair_params(&self, other: &Self, between: Between, h: f64) -> Option<PairParams> {
+        let [a, b] = [self, other].map(|member| member.params[between as usize]);
+        let (a, b) = (a?, b?);
+        Some(match between {
+            Between::Bodies => PairParams::between(&a, &b, h),
+            Between::Itself => PairParams::within(&a, h),
+            Between::Colliders => PairParams::within(if self.is_collider() { &b } else { &a }, h),
+        })
+    }
+
+    /// One of its surface vertices, with its positions at the start and at the predicted end of a
+    /// substep [m] and its inverse mass [1/kg].
+    pub(super) fn active(&self, vertex: u32, [start, end]: [DVec3; 2], weight: f64) -> Active {
+        Active {
+            vertex,
+            body: match self.owner {
+                Owner::Body(body) => body as u32,
+                Owner::Collider(_) => NO_INDEX,
+            },
+            rigid: self.rigid,
+            particle: self.surface.vertices[vertex as usize - self.first],
+            inverse_mass: if self.rigid == NO_INDEX { weight } else { 0.0 },
+            start,
+            now: start,
+            motion: end - start,
+            parts: [DVec3::ZERO; 2],
+        }
+    }
+
+    /// Its part of the distance of two surfaces [m]: half its thickness, or all of it from a
+    /// collider, which has none; the largest radius of grains.
+    pub(super) fn half_thickness_for(&self, between: Between) -> Option<f32> {
+        let params = self.params[between as usize]?;
+        if !self.surface.radii.is_empty() {
+            return Some(self.surface.largest_radius);
+        }
+        Some(match (between, self.owner) {
+            (Between::Colliders, Owner::Collider(_)) => 0.0,
+            (Between::Colliders, _) => params.thickness(self.surface.mean_edge),
+            _ => 0.5 * params.thickness(self.surface.mean_edge),
+        })
+    }
+}
+
+impl Piece {
+    pub(super) fn patch<'a>(&self, members: &'a [Member]) -> &'a Patch {
+        &members[self.member].surface.patches[self.patch]
+    }
+
+    pub(super) fn corners(&self, members: &[Member]) -> Range<usize> {
+        self.first..self.first + self.patch(members).vertices.len()
+    }
+
+    /// Tolerated deviation of a corner from its expected path [m].
+    pub(super) fn skin(&self, members: &[Member]) -> f32 {
+        let mean_edge = members[self.member].surface.mean_edge;
+        (SKIN * mean_edge).max(0.5 * self.half_thickness)
+    }
+
+    /// Current origin of the frame [m].
+    pub(super) fn frame(&self) -> DVec3 {
+        self.origin + self.drift
+    }
+}
+
+impl Clone for Contacts {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Contacts {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Contacts {
+    /// Statistics of the last substep.
+    #[must_use]
+    pub fn counts(&self) -> ContactCounts {
+        self.counts
+    }
+
+    /// Pairs of bodies in contact at the start of the last substep, by index, without repetition.
+    #[must_use]
+    pub fn touching(&self) -> &[[u32; 2]] {
+        &self.touching
+    }
+
+    /// Forces of the active contacts in the last substep.
+    pub fn forces(&self) -> impl Iterator<Item = ContactForce> {
+        let rows = self.rows.iter().flatten().filter(|row| row.acts());
+        rows.map(|row| row.force(self.h, &self.active))
+    }
+
+    /// Forces of the active contacts in the last substep on particles: index of the body, particle,
+    /// and magnitude [N]. A contact acts on up to four particles, by the weights of its points.
+    pub fn particle_forces(&self) -> impl Iterator<Item = (u32, u32, f64)> {
+        let rows = self.rows.iter().flatten().filter(|row| row.acts());
+        rows.flat_map(|row| row.particle_forces(self.h, &self.active))
+    }
+
+    /// The pairs of bodies that touched in a substep of the tick, with the mean of their forces.
+    /// Does not have pairs of a body and a collider, nor self-contact.
+    pub fn pairs(&self) -> impl Iterator<Item = PairContact> {
+        self.sums.means()
+    }
+
+    /// Removes the pairs of bodies that touched since the tick began, or since they were removed last:
+    /// forces are sums over the substeps, whose number is returned.
+    pub fn take_pairs(&mut self, each: impl FnMut(PairContact)) -> u32 {
+        self.sums.take(each)
+    }
+
+    /// Begins a tick: forces of pairs are added up anew.
+    pub fn begin_tick(&mut self) {
+        self.sums.clear();
+    }
+
+    /// Smallest distance of two surfaces in contact at the start of the last substep [m]; `None`
+    /// without a pair near enough for a constraint.
+    #[must_use]
+    pub fn smallest_gap(&self) -> Option<f64> {
+        let rows = self.rows.iter().flatten().filter(|row| !row.is_fixed());
+        rows.map(ContactRow::gap).min_by(f64::total_cmp)
+    }
+
+    /// Memory use in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..])
+            + size_of_val(&self.ends[..])
+            + size_of_val(&self.inverse_masses[..])
+            + size_of_val(&self.vertices[..])
+            + size_of_val(&self.centers[..])
+            + size_of_val(&self.claimed[..])
+            + size_of_val(&self.candidates[..])
+            + self
+                .rows
+                .iter()
+                .map(|rows| size_of_val(&rows[..]))
+                .sum::<usize>()
+            + size_of_val(&self.active[..])
+            + size_of_val(&self.places[..])
+    }
+
+    /// Removes all bodies: no contact in this tick.
+    pub fn clear(&mut self) {
+        if !self.members.is_empty() {
+            *self = Self::default();
+        }
+    }
+
+    /// Bodies were added or removed: the same places may belong to others.
+    pub fn invalidate(&mut self) {
+        self.is_valid = false;
+        self.members.clear();
+        self.touching.clear();
+    }
+
+    /// Begins a substep: finds near candidates.
+    pub(crate) fn begin(
+        &mut self,
+        bodies: &[impl Tangible],
+        colliders: &[SweptCollider],
+        step: &Substep,
+        threads: &Threads,
+    ) {
+        self.h = step.h.into();
+        self.register(bodies, colliders);
+        self.predict(bodies, colliders, step);
+        self.enclose_or_detect(HORIZON, step.count, threads);
+        self.find_tangles(bodies);
+        self.begin_rigid(bodies);
+        self.find_near(threads);
+        self.make_rows(self.h);
+        self.make_fixed_rows(bodies, colliders, step);
+        if !self.rigids.is_empty() {
+            for kind in [Between::Bodies, Between::Colliders] {
+                self.manifolds
+                    .reduce(&mut self.rows[kind as usize], &self.active);
+            }
+        }
+    }
+
+    /// One pass over the contacts of one kind, after an iteration.
+    pub(crate) fn solve(&mut self, bodies: &mut [impl Tangible], between: Between) {
+        // Without contacts, the shape of a rigid body is restored once.
+        let restores = between == Between::Bodies && !self.rigids.is_empty();
+        if self.rows[between as usize].is_empty() && !restores {
+            return;
+        }
+        self.begin_pass(bodies);
+        for it in &mut self.active {
+            it.now = match bodies.get(it.body as usize) {
+                Some(body) => body.now(it.particle as usize),
+                None => self.ends[it.vertex as usize],
+            };
+        }
+        let Self {
+            rows,
+            active,
+            rigids,
+            ..
+        } = self;
+        let rows = &mut rows[between as usize];
+        for row in &mut *rows {
+            row.solve(active, rigids);
+        }
+        if !rigids.is_empty() {
+            for _ in 0..RIGID_PASSES {
+                let rigid = rows.iter_mut().rev().filter(|row| row.is_rigid());
+                rigid.for_each(|row| row.solve(active, rigids));
+                let rigid = rows.iter_mut().filter(|row| row.is_rigid());
+                rigid.for_each(|row| row.solve(active, rigids));
+            }
+        }
+        self.write_back(bodies);
+        self.end_pass(bodies);
+    }
+
+    /// Copies the positions of the active particles back to the bodies.
+    fn write_back(&self, bodies: &mut [impl Tangible]) {
+        for it in &self.active {
+            let Some(body) = bodies.get_mut(it.body as usize) else {
+                continue;
+            };
+            let by = it.now - body.now(it.particle as usize);
+            if by != DVec3::ZERO {
+                body.shift(it.particle as usize, by);
+                body.touch();
+            }
+        }
+    }
+
+    /// Truncates motion that would let surfaces cross, before the last stage of a substep.
+    pub(crate) fn truncate(
+        &mut self,
+        bodies: &mut [impl Tangible],
+        step: &Substep,
+        threads: &Threads,
+    ) {
+        for member in &self.members {
+            let Owner::Body(body) = member.owner else {
+                continue;
+            };
+            let body = &bodies[body];
+            for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
+                if member.is_stepped {
+                    self.ends[v] = body.now(particle as usize);
+                }
+            }
+        }
+        self.find_mean_motion();
+        self.enclose_or_detect(1.0, step.count, threads);
+        self.cut(bodies, step.count, threads);
+    }
+
+    /// Ends a substep, after the last stage: records which bodies touch, applies restitution, and
+    /// adds up forces.
+    pub(crate) fn end(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
+        self.update_touching();
+        let rows = || self.rows.iter().flatten();
+        self.counts.near = rows().count();
+        self.counts.acting = rows().filter(|row| row.acts()).count();
+        if rows().any(ContactRow::may_bounce) {
+            self.bounce(bodies, step);
+        }
+        let between = &self.rows[Between::Bodies as usize];
+        self.sums.add(between, self.h, &self.active);
+        self.record(bodies);
+    }
+
+    /// Applies restitution.
+    fn bounce(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
+        for it in &mut self.active {
+            if let Some(body) = bodies.get(it.body as usize) {
+                it.motion = body.motion(it.particle as usize);
+                it.now = body.start(it.particle as usize);
+            }
+        }
+        let h = f64::from(step.h);
+        self.begin_bounce(bodies);
+        let slowest = 2.0 * step.gravity.as_dvec3().length() * h * h;
+        for row in self.rows.iter_mut().flatten() {
+            row.bounce(slowest, &mut self.active, &mut self.rigids);
+        }
+        if !self.rigids.is_empty() {
+            for row in self.rows.iter_mut().flatten().rev() {
+                row.bounce(slowest, &mut self.active, &mut self.rigids);
+            }
+        }
+        let soft = self.active.iter().filter(|it| it.rigid == NO_INDEX);
+        for it in soft {
+            let Some(body) = bodies.get_mut(it.body as usize) else {
+                continue;
+            };
+            let by = it.motion - body.motion(it.particle as usize);
+            if by != DVec3::ZERO {
+                body.accelerate(it.particle as usize, by);
+            }
+        }
+        self.end_bounce(bodies);
+    }
+
+    /// Whether another surface may come near a body, given by its index.
+    pub(crate) fn is_near(&self, body: usize) -> bool {
+        self.active.iter().any(|it| it.body as usize == body)
+    }
+
+    /// A part of the displacements in the substep [m]: body, particle, displacement.
+    pub(crate) fn part<'a, T: Tangible>(
+        &'a self,
+        part: ContactPart,
+        bodies: &'a [T],
+    ) -> impl Iterator<Item = (usize, usize, DVec3)> + use<'a, T> {
+        let of_bodies = self.active.iter().filter(|it| it.body != NO_INDEX);
+        let particles = of_bodies.map(move |it| {
+            (
+                it.body as usize,
+                it.particle as usize,
+                it.parts[part as usize],
+            )
+        });
+        particles.chain(
+            self.rigids
+                .iter()
+                .flat_map(move |it| it.part(part, &bodies[it.body])),
+        )
+    }
+
+    fn update_touching(&mut self) {
+        self.touching.clear();
+        let active = &self.active;
+        let touching = self.rows[Between::Bodies as usize].iter();
+        let pairs = touching.filter(|row| row.touches()).map(|row| {
+            let [a, b] = row.bodies(active);
+            [a.min(b), a.max(b)]
+        });
+        self.touching.extend(pairs);
+        self.touching.sort_unstable();
+        self.touching.dedup();
+    }
+
+    /// Registers the surfaces with contact, if they have changed.
+    fn register(&mut self, bodies: &[impl Tangible], colliders: &[SweptCollider]) {
+        let meshes = || {
+            let each = colliders.iter().enumerate();
+            each.filter_map(|(place, it)| Some((place, it, it.shape.mesh()?)))
+        };
+        let has_meshes = meshes().next().is_some();
+        let of_bodies = || {
+            let each = bodies.iter().enumerate();
+            let with_contact = each.filter(|(_, body)| {
+                body.takes_part() && body.effects().touches_surfaces(has_meshes)
+            });
+            with_contact.map(|(place, body)| NewMember {
+                owner: Owner::Body(place),
+                surface: body.topology().surface(),
+                params: params(body, has_meshes),
+                number: body.number(),
+                stitches: Some(body.stitches()),
+                is_rigid: body.effects().is_rigid(),
+                is_stepped: body.is_stepped(),
+                pose: None,
+            })
+        };
+        let of_colliders = || {
+            meshes().map(|(place, swept, mesh)| NewMember {
+                owner: Owner::Collider(place),
+                surface: mesh.surface(),
+                params: [None, None, Some(Params::of_collider())],
+                number: NO_INDEX,
+                stitches: None,
+                is_rigid: false,
+                is_stepped: swept.moves(),
+                pose: Some(swept.from),
+            })
+        };
+        let all = || of_bodies().chain(of_colliders());
+        let known = self.members.len() == all().count()
+            && self.members.iter().zip(all()).all(|(member, new)| {
+                member.owner == new.owner
+                    && member.number == new.number
+                    && (member.rigid != NO_INDEX) == new.is_rigid
+                    && member.is_stepped == new.is_stepped
+                    // One that does not move by itself may have been teleported.
+                    && (new.is_stepped || member.pose == new.pose)
+                    && member.params == new.params
+                    && new.stitches.is_none_or(|it| member.stitched.is_current(it))
+                    && Arc::ptr_eq(&member.surface, new.surface)
+            });
+        if known {
+            return;
+        }
+        self.is_valid = false;
+        // Its places are those of the bodies before.
+        self.touching.clear();
+        self.members.clear();
+        self.rigids.clear();
+        let mut first = 0;
+        for new in all() {
+            let mut rigid = NO_INDEX;
+            if let (Owner::Body(body), true) = (new.owner, new.is_rigid) {
+                rigid = self.rigids.len() as u32;
+                self.rigids.push(Rigid::new(body, self.members.len()));
+            }
+            self.members.push(Member {
+                owner: new.owner,
+                number: new.number,
+                rigid,
+                surface: Arc::clone(new.surface),
+                first,
+                params: new.params,
+                stitched: StitchedVertices::of(new.stitches, new.surface),
+                is_stepped: new.is_stepped,
+                motion: DAffine3::IDENTITY,
+                pose: new.pose,
+            });
+            first += new.surface.vertices.len();
+        }
+        self.starts.clear();
+        self.starts.resize(first, DVec3::ZERO);
+        self.ends.clear();
+        self.ends.resize(first, DVec3::ZERO);
+        self.inverse_masses.clear();
+        self.inverse_masses.resize(first, 0.0);
+        self.active.clear();
+        self.places.clear();
+        self.places.resize(first, NO_INDEX);
+        self.may_cross.clear();
+        self.may_cross.resize(self.members.len(), true);
+        self.teleported.clear();
+        self.teleported.resize(self.members.len(), true);
+        self.closed.clear();
+        self.closed.resize_with(self.members.len(), || None);
+        self.cut_into_pieces();
+    }
+
+    fn cut_into_pieces(&mut self) {
+        self.pieces.clear();
+        self.vertices.clear();
+        self.pairs.clear();
+        self.batches.clear();
+        self.candidates.clear();
+        for (place, member) in self.members.iter().enumerate() {
+            for (number, patch) in member.surface.patches.iter().enumerate() {
+                self.pieces.push(Piece {
+                    member: place,
+                    patch: number,
+                    first: self.vertices.len(),
+                    is_stepped: member.is_stepped,
+                    half_thickness: member.half_thickness(),
+                    is_lost: true,
+                    origin: DVec3::ZERO,
+                    drift: DVec3::ZERO,
+                    motion: DVec3::ZERO,
+                    common: None,
+                    claim: Ball::ORIGIN,
+                    slack: 0.0,
+                    radius: 0.0,
+                    claimed_radius: 0.0,
+                    travel: 0.0,
+                });
+                let vertices = patch.vertices.iter().map(|&v| v + member.first as u32);
+                self.vertices.extend(vertices);
+            }
+        }
+        self.centers.clear();
+        self.centers.resize(self.vertices.len(), Vec3A::ZERO);
+        self.half_motions.clear();
+        self.half_motions.resize(self.vertices.len(), 0.0);
+        self.claimed.clear();
+        self.claimed.resize(self.vertices.len(), Vec3A::ZERO);
+    }
+
+    /// The mean motion of each piece.
+    fn find_mean_motion(&mut self) {
+        for piece in self.pieces.iter_mut().filter(|piece| piece.is_stepped) {
+            let corners = &self.vertices[piece.corners(&self.members)];
+            let displacement = |&v: &u32| self.ends[v as usize] - self.starts[v as usize];
+            let sum = corners.iter().map(displacement).sum::<DVec3>();
+            piece.motion = sum / corners.len() as f64;
+        }
+    }
+
+    /// Records positions, and predicts motion from velocities and gravity.
+    fn predict(&mut self, bodies: &[impl Tangible], colliders: &[SweptCollider], step: &Substep) {
+        let h = f64::from(step.h);
+        let fall = step.gravity.as_dvec3() * (h * h);
+        let flags = self.may_cross.iter_mut().zip(&mut self.teleported);
+        for (member, (may_cross, teleported)) in self.members.iter_mut().zip(flags) {
+            if !member.is_stepped && self.is_valid {
+                continue;
+            }
+            let body = match member.owner {
+                Owner::Body(body) => &bodies[body],
+                Owner::Collider(collider) => {
+                    let SweptCollider { from, to, .. } = &colliders[collider];
+                    member.motion = to.affine() * from.affine().inverse();
+                    let limit = f64::from(TELEPORTED * member.surface.mean_edge);
+                    for (rest, v) in member.surface.rest.iter().zip(member.vertices()) {
+                        let rest = rest.as_dvec3();
+                        let start = from.apply(rest);
+                        *teleported |= start.distance_squared(self.ends[v]) > limit * limit;
+                        (self.starts[v], self.ends[v]) = (start, to.apply(rest));
+                        self.inverse_masses[v] = 0.0;
+                    }
+                    *may_cross |= *teleported;
+                    continue;
+                }
+            };
+            for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
+                let particle = particle as usize;
+                let start = body.start(particle);
+                let weight = body.inverse_mass(particle);
+                // Where it was stepped to, up to rounding; anything else may have crossed a
+                // surface.
+                let stepped = self.starts[v] + body.motion(particle);
+                let deviation = (start - stepped).length_squared();
+                let limit = f64::from(MOVED * member.half_thickness());
+                *may_cross |= deviation > limit * limit;
+                self.starts[v] = start;
+                (self.inverse_masses[v], self.ends[v]) = if !member.is_stepped || weight == 0.0 {
+                    (0.0, start)
+                } else {
+                    (weight, start + body.motion(particle) + fall)
+                };
+            }
+        }
+        for piece in self.pieces.iter_mut().filter(|piece| piece.is_stepped) {
+            // Its motion in the previous substep.
+            piece.drift += piece.motion;
+            piece.common = None;
+        }
+        self.find_mean_motion();
+    }
+
+    /// Bounds motion times `horizon` by balls, in a tick of this number of substeps; finds
+    /// candidates anew where one of them is outside of the ball for which they were found.
+    pub(super) fn enclose_or_detect(&mut self, horizon: f64, substeps: u32, threads: &Threads) {
+        if !(self.is_valid && self.enclose_motion(horizon)) {
+            self.detect(substeps, threads);
+            self.enclose_motion(horizon);
+        }
+    }
+
+    /// Bounds motion times `horizon` by balls; false if one of them is outside of the ball for
+    /// which candidates were found.
+    fn enclose_motion(&mut self, horizon: f64) -> bool {
+        let Self {
+            members,
+            pieces,
+            starts,
+            ends,
+            vertices,
+            centers,
+            half_motions,
+            claimed,
+            pairs,
+            ..
+        } = self;
+        let mut holds = true;
+        for piece in pieces.iter_mut().filter(|piece| piece.is_stepped) {
+            let frame = piece.frame();
+            let path = piece.motion * horizon;
+            let motion = Ball::around(piece.drift, path, piece.slack);
+            let (mut longest, mut farthest) = (0.0_f32, 0.0_f32);
+            for corner in piece.corners(members) {
+                let v = vertices[corner] as usize;
+                let relative = (ends[v] - starts[v]) * horizon - path;
+                let center = (starts[v] - frame + relative * 0.5).as_vec3a();
+                let mut half_motion = 0.5 * relative.length() as f32;
+                if let Some(common) = &piece.common {
+                    let apart = common.displacement(starts[v]) - path - relative * 0.5;
+                    half_motion = half_motion.max(apart.length() as f32);
+                }
+                longest = longest.max(half_motion);
+                half_motions[corner] = half_motion;
+                farthest = farthest.max((center - claimed[corner]).length_squared());
+                centers[corner] = center;
+            }
+            piece.radius = longest + 0.5 * piece.half_thickness;
+            piece.travel = farthest.sqrt() + piece.radius + piece.slack;
+            piece.is_lost = !piece.claim.contains(motion) || piece.travel > piece.claimed_radius;
+            holds &= !piece.is_lost;
+        }
+        for pair in pairs {
+            let [a, b] = pair.pieces.map(|piece| &pieces[piece as usize]);
+            let moved = b.frame() - a.frame() - pair.offset;
+            let motion = Ball::around(moved, (b.motion - a.motion) * horizon, a.slack + b.slack);
+            pair.is_lost = a.first != b.first && !pair.claim.contains(motion);
+            holds &= !pair.is_lost;
+        }
+        holds
+    }
+
+    /// Creates rows for near candidates, in a substep of `h` seconds.
+    fn make_rows(&mut self, h: f64) {
+        for it in self.active.drain(..) {
+            self.places[it.vertex as usize] = NO_INDEX;
+        }
+        for rows in &mut self.rows {
+            rows.clear();
+        }
+        let parts = std::mem::take(&mut self.near);
+        for part in &parts {
+            let mut rest = &part.near[..];
+            for (batch, &count) in self.batches[part.batches.clone()].iter().zip(&part.counts) {
+                let near;
+                (near, rest) = rest.split_at(count);
+                if near.is_empty() {
+                    continue;
+                }
+                let members = batch
+                    .pieces
+                    .map(|piece| self.pieces[piece as usize].member as u32);
+                let [a, b] = members.map(|member| &self.members[member as usize]);
+                let Some(pair) = a.pair_params(b, batch.between, h) else {
+                    continue;
+                };
+                for it in near {
+                    if self.is_tangled(members, it.vertices) {
+                        continue;
+                    }
+                    let corners = std::array::from_fn(|corner| {
+                        let v = it.vertices[corner];
+                        let side = usize::from(corner >= batch.kind.split());
+                        let member = [a, b][side];
+                        let place = &mut self.places[v as usize];
+                        if *place == NO_INDEX {
+                            *place = self.active.len() as u32;
+                            let ends = [self.starts[v as usize], self.ends[v as usize]];
+                            let weight = self.inverse_masses[v as usize];
+                            self.active.push(member.active(v, ends, weight));
+                        }
+                        *place
+                    });
+                    let row = ContactRow::new(
+                        corners,
+                        it.weights,
+                        it.distance.into(),
+                        &pair,
+                        (batch.kind.split(), &self.rigids),
+                        &self.active,
+                    );
+                    self.rows[batch.between as usize].extend(row);
+                }
+            }
+        }
+        self.near = parts;
+    }
+}
+
+/// A surface with contact in the current substep.
+struct NewMember<'a> {
+    owner: Owner,
+    surface: &'a Arc<Surface>,
+    params: [Option<Params>; KINDS],
+    number: u32,
+    stitches: Option<&'a Stitches>,
+    is_rigid: bool,
+    is_stepped: bool,
+    pose: Option<Pose>,
+}
+
+/// Parameters of a body by kind of contact, in a world with or without colliders that are meshes.
+fn params(body: &impl Tangible, has_meshes: bool) -> [Option<Params>; KINDS] {
+    let Effects {
+        self_contact,
+        collide,
+        ..
+    } = body.effects();
+    let diameter = body.effects().rod_diameter();
+    let contact = body.effects().contact_params();
+    let collide = collide.filter(|_| has_meshes);
+    [
+        contact,
+        self_contact.map(|it| it.params().or_thickness(diameter)),
+        collide.map(|it| Params::with_colliders(&it, contact.as_ref())),
+    ]
+}
