@@ -123,7 +123,7 @@ impl Growing {
             tetrahedra,
             particles: topology.particles(),
             contacts: self.contacts,
-            bytes: solver_bytes(&self.world.bodies) + self.world.contacts.bytes(),
+            bytes: solver_bytes(&self.world.bodies) + self.world.contacts().bytes(),
             projections: constraints * SUBSTEPS as usize,
             sound: self.sound,
             stepped: counts.zip(figures.iter().copied()).collect(),
@@ -163,7 +163,7 @@ impl Probe for Growing {
                 world.tick();
                 1
             });
-            *contacts = world.contacts.counts().acting;
+            *contacts = world.contacts().counts().acting;
             let body = &world.bodies[0];
             let error = shape_error(&body.topology, &body.particles.positions);
             *sound &= body.quarantine.is_none() && error < SOUND && *contacts > 0;

@@ -65,26 +65,21 @@ impl ExternalImpulse {
     }
 }
 
-/// Moves the points of grabs, external forces and impulses to the particles of a body that was torn or
+/// Moves the points of grabs and impulses to the particles of a body that was torn or
 /// renewed; those that are gone are removed.
 pub(crate) fn follow_points(
     body: &mut EntityWorldMut,
     now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
 ) {
-    let follow = |points: &mut Vec<(SurfacePoint, Vec3)>| {
-        points.retain_mut(|(point, _)| {
-            let moved = now(point);
-            moved.inspect(|moved| *point = *moved).is_some()
-        });
-    };
-    if let Some(mut force) = body.get_mut::<ExternalForce>() {
-        follow(&mut force.bypass_change_detection().points);
-    }
     if let Some(mut grabs) = body.get_mut::<Grabs>() {
         grabs.bypass_change_detection().follow(&now);
     }
     if let Some(mut impulse) = body.get_mut::<ExternalImpulse>() {
-        follow(&mut impulse.bypass_change_detection().points);
+        let points = &mut impulse.bypass_change_detection().points;
+        points.retain_mut(|(point, _)| {
+            let moved = now(point);
+            moved.inspect(|moved| *point = *moved).is_some()
+        });
     }
 }
 

@@ -36,11 +36,6 @@ macro_rules! carried {
                     $($effect: self.$effect.copied(),)*
                 }
             }
-
-            /// Whether it can touch other bodies or itself.
-            pub fn can_touch(&self) -> bool {
-                self.contact.is_some() || self.self_contact.is_some()
-            }
         }
 
         /// The built-in effects of an entity.

@@ -7,12 +7,13 @@
 
 mod action;
 mod begin;
+mod bodies;
 mod body;
 mod builder;
 pub(crate) mod carried;
 mod clock;
+mod contacts;
 mod emission;
-mod jobs;
 mod ledger;
 mod moment;
 mod past;
@@ -22,7 +23,6 @@ mod profile;
 pub mod projections;
 mod quarantine;
 pub(crate) mod query;
-mod renew;
 mod schedule;
 mod statistics;
 pub(crate) mod step;
@@ -38,8 +38,9 @@ pub use body::{
 };
 pub use builder::SoftBodyBuilder;
 pub use clock::{SimulationClock, SubstepTime, Tick};
+pub use contacts::{BodyContact, BodyContacts};
 pub use emission::BodyEmitted;
-pub use jobs::{BodyContact, BodyContacts};
+
 pub use ledger::{Energies, EnergyLedger};
 pub use moment::Moment;
 pub use past::{DrawnInstant, PastStarts};
@@ -132,7 +133,8 @@ impl Plugin for SimulationPlugin {
             .init_resource::<BodyContacts>()
             .init_resource::<Profile>()
             .init_resource::<plan::Plan>()
-            .init_resource::<jobs::Staged>()
+            .init_resource::<bodies::Staged>()
+            .init_resource::<bodies::Room>()
             .init_resource::<Actions>()
             .init_resource::<Measuring>()
             .init_resource::<RecordContacts>()
@@ -183,7 +185,6 @@ impl Plugin for SimulationPlugin {
             (
                 (
                     begin::update_masses,
-                    begin::check_input,
                     begin::check_colliders,
                     wake_changed::<
                         Or<(
@@ -194,25 +195,17 @@ impl Plugin for SimulationPlugin {
                         )>,
                     >,
                     begin::wake_all,
-                    begin::wake_touched,
                     begin::forget_restored,
-                    begin::choose_solvers,
                     past::keep,
-                    begin::remember_start,
                 )
                     .chain()
                     .in_set(StepSystems::Begin),
                 step::run_substeps.in_set(StepSystems::Substeps),
                 (
-                    surface::collect.run_if(surface::is_recorded),
-                    tear::tear,
-                    renew::renew,
                     step::settle_grabs,
-                    // Before sleep: a body that was hit in its sleep was not stepped, and keeps its
-                    // contacts until it is.
+                    step::end_bodies,
                     touch::report,
                     surface::report,
-                    step::fall_asleep,
                     emission::emit.run_if(emission::changes_bodies),
                     statistics::take,
                 )
@@ -256,7 +249,7 @@ impl Plugin for SimulationPlugin {
             plan::ExternalImpulses
                 .in_set(StepSystems::Begin)
                 .after(begin::update_masses)
-                .before(begin::check_input),
+                .before(begin::check_colliders),
         );
         app.add_systems(
             SubstepSchedule,

@@ -3,7 +3,7 @@
 
 use super::{
     ContactSchedule, EffectSystems, SolvePhase, SolveSchedule, SolverSystems, SubstepSchedule,
-    jobs::Bodies,
+    bodies::Bodies,
     step::{postsolve, presolve},
 };
 use crate::{
@@ -94,7 +94,7 @@ pub(crate) fn is_in_substep(stage: Stage) -> bool {
 
 /// Adds the system for the stage of an effect, at its position in the schedules.
 pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: Stage) {
-    let system = move |mut bodies: Bodies| bodies.stage(stage).for_each(drop);
+    let system = move |mut bodies: Bodies| drop(bodies.stage(stage));
     let system = system.in_set(PlannedSystems);
     let system = match stage {
         Stage::Joints => system.in_set(LateSystems(effect)),

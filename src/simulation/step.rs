@@ -2,26 +2,24 @@
 
 use super::{
     Actions, Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, Quarantined,
-    RecordContacts, RestTimer, SimulationClock, SimulationSettings, SoftBody, SolveSchedule,
-    SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart,
-    carried::Carried,
-    jobs::{Bodies, BodyContacts, Kept, Outcome, Staged},
+    RecordContacts, SimulationClock, SimulationSettings, SoftBody, SolveSchedule, SpawnOrder,
+    StepSchedule, SubstepSchedule, SubstepTime, Tick,
+    bodies::{Bodies, Staged, Turned},
+    contacts::BodyContacts,
     plan::{self, Others},
-    quarantine::quarantine,
+    quarantine::message,
+    surface, tear,
 };
 use crate::{
     effect::{self, EffectRegistry, Grabs},
     solver::{
-        Collider, EffectStates, Grab, Instructions, Particles, Rod, Settings, Substep, Threads,
+        Collider, Direct, Grab, Instructions, Particles, Settings, Substep, Threads,
         advance::{Stage, StepContext},
         contact::{Swept, SweptCollider},
-        rest::{Calm, SleepSettings, Wakefulness, settle},
+        rest::SleepSettings,
     },
 };
-use bevy::{
-    ecs::{entity::EntityHashMap, system::SystemState},
-    prelude::*,
-};
+use bevy::{ecs::system::SystemState, prelude::*};
 use std::{
     mem::{replace, take},
     ops::Range,
@@ -285,40 +283,20 @@ pub(super) fn run_substeps(
     colliders: &mut QueryState<(Entity, &SpawnOrder, &Collider)>,
     carriers: &mut QueryState<EntityRef, With<SoftBody>>,
     bodies: &mut SystemState<Bodies>,
-    mut sorted: Local<Vec<(SpawnOrder, Entity)>>,
-    mut outcomes: Local<Vec<Outcome>>,
 ) {
     let under_way = *world.resource::<UnderWay>();
     let UnderWay {
         settings, deadline, ..
     } = under_way;
     let count = under_way.substeps();
-    let clock = world.resource::<SimulationClock>();
-    let (start, mut next) = (clock.time, clock.next_substep.unwrap_or(0));
+    let mut next = world
+        .resource::<SimulationClock>()
+        .next_substep
+        .unwrap_or(0);
     if next == 0 {
-        sorted.clear();
-        let found = colliders.iter(world);
-        sorted.extend(found.map(|(entity, order, _)| (*order, entity)));
-        sorted.sort_unstable();
-        let mut current = world.resource_mut::<CurrentSubstep>();
-        current.settings = settings;
-        current.time = start;
-        let mut swept = take(&mut current.swept);
-        let colliders = sorted
-            .iter()
-            .filter_map(|&(_, entity)| world.get::<Collider>(entity));
-        swept.fill(colliders, &settings, start);
-        world.resource_mut::<CurrentSubstep>().swept = swept;
-        let is_recorded = world.resource::<RecordContacts>().0;
-        let colliders = &mut world.resource_mut::<BodyContacts>().colliders;
-        colliders.clear();
-        if is_recorded {
-            colliders.extend(sorted.iter().map(|(_, entity)| *entity));
-        }
-        all(bodies, world).begin_tick();
-        if world.resource::<EnergyLedger>().on {
-            EnergyLedger::begin_tick(world, &settings, world.resource::<SimulationClock>().tick());
-        }
+        begin_tick(world, colliders, bodies);
+    } else {
+        all(bodies, world).resume();
     }
     // A tick that may exceed the budget is run in parts, so that it can be interrupted.
     let at_once = deadline.map_or(count, |deadline| {
@@ -326,28 +304,23 @@ pub(super) fn run_substeps(
         world.resource::<Profile>().substeps_in(left / 2)
     });
     find_staged(world, carriers, bodies);
-    let mut begun = false;
+    let mut is_first = true;
     while next < count {
         let staged = world.resource::<Staged>();
         let (any_whole, any_staged) = (*staged != Staged::All, *staged != Staged::None);
         let length = if any_whole { at_once } else { 1 };
         let substeps = next..count.min(next.saturating_add(length));
         if any_whole {
-            advance_all(world, bodies, &mut outcomes, substeps.clone());
+            advance_all(world, bodies, &substeps);
         }
         if !any_staged {
             pass(world, substeps.len() as u32);
         }
         for step in substeps.clone().filter(|_| any_staged) {
             let started = Instant::now();
-            let kept = kept(world);
-            let mut all = all(bodies, world);
-            // For implicit Euler without repair and touching bodies, only the first substep needs a
-            // start step.
-            if !begun || settings.begins_each_substep() || all.begin_each_substep() {
-                all.begin(&settings.substep(step), kept);
-                begun = true;
-            }
+            let keeps = keeps_multipliers(world);
+            all(bodies, world).begin(&settings.substep(step), keeps, is_first);
+            is_first = false;
             pass(world, 1);
             run_schedule(world, settings.substep(step));
             world.resource_mut::<Profile>().solve(started.elapsed());
@@ -366,6 +339,87 @@ pub(super) fn run_substeps(
     if next == count {
         clock.time += under_way.seconds();
         clock.tick += 1;
+    }
+}
+
+/// Begins a tick.
+fn begin_tick(
+    world: &mut World,
+    colliders: &mut QueryState<(Entity, &SpawnOrder, &Collider)>,
+    bodies: &mut SystemState<Bodies>,
+) {
+    let settings = world.resource::<UnderWay>().settings;
+    let clock = world.resource::<SimulationClock>();
+    let (start, tick) = (clock.time, clock.tick());
+    let mut swept = take(&mut world.resource_mut::<CurrentSubstep>().swept);
+    let mut sorted: Vec<_> = colliders.iter(world).collect();
+    sorted.sort_unstable_by_key(|(_, order, _)| **order);
+    swept.fill(sorted.iter().map(|(.., it)| *it), &settings, start);
+    let is_recorded = world.resource::<RecordContacts>().0;
+    let recorded = sorted.iter().filter(|_| is_recorded);
+    let recorded: Vec<_> = recorded.map(|(entity, ..)| *entity).collect();
+    world.resource_mut::<BodyContacts>().colliders = recorded;
+    let mut current = world.resource_mut::<CurrentSubstep>();
+    current.settings = settings;
+    current.time = start;
+    current.swept = swept;
+    let keeps = keeps_multipliers(world);
+    let turned = all(bodies, world).begin_tick(keeps);
+    turn(world, turned);
+    if world.resource::<EnergyLedger>().on {
+        EnergyLedger::begin_tick(world, &settings, tick);
+    }
+}
+
+/// Ends a tick: forces of contacts, tears, grains that appear and disappear, sleep.
+pub(super) fn end_bodies(world: &mut World, bodies: &mut SystemState<Bodies>) {
+    let (substeps, sleep) = (
+        world.resource::<UnderWay>().substeps(),
+        world.resource::<Sleep>().0,
+    );
+    let mut surfaces = Vec::new();
+    let colliders = take(&mut world.resource_mut::<BodyContacts>().colliders);
+    let (report, turned) = all(bodies, world).end_tick(substeps, &sleep, |entity, body| {
+        surfaces.extend(surface::contacts_of(entity, body, &colliders));
+    });
+    let mut contacts = world.resource_mut::<BodyContacts>();
+    contacts.colliders = colliders;
+    contacts.surfaces = surfaces;
+    tear::follow(world, report);
+    turn(world, turned);
+}
+
+/// Tells the components what the solver has done.
+pub(super) fn turn(world: &mut World, turned: Vec<Turned>) {
+    for it in turned {
+        let Ok(mut body) = world.get_entity_mut(it.body) else {
+            continue;
+        };
+        match it.is_asleep {
+            true if !body.contains::<Asleep>() => drop(body.insert(Asleep)),
+            false if body.contains::<Asleep>() => drop(body.remove::<Asleep>()),
+            _ => {}
+        }
+        if let Some(mut direct) = body.get_mut::<Direct>() {
+            // Derived: no change, which would wake the body.
+            *direct.bypass_change_detection() = it.direct.unwrap_or(*direct);
+        }
+        match it.grab {
+            Some(grab) => {
+                if let Some(mut own) = body.get_mut::<Grab>() {
+                    *own.bypass_change_detection() = grab;
+                }
+            }
+            // What was grabbed has disappeared.
+            None => drop(body.remove::<Grab>()),
+        }
+        if let Some(quarantine) = it.quarantine
+            && !body.contains::<Quarantined>()
+        {
+            body.insert(Quarantined(quarantine.clone()));
+            let text = message(it.body, body.get::<Name>(), &quarantine);
+            world.write_message(text);
+        }
     }
 }
 
@@ -403,42 +457,31 @@ fn find_staged(
 }
 
 /// Runs some substeps of the bodies that are stepped without the schedules.
-fn advance_all(
-    world: &mut World,
-    bodies: &mut SystemState<Bodies>,
-    outcomes: &mut Vec<Outcome>,
-    substeps: Range<u32>,
-) {
-    let tracked = world.resource::<EnergyLedger>().on;
-    let kept = kept(world);
+fn advance_all(world: &mut World, bodies: &mut SystemState<Bodies>, substeps: &Range<u32>) {
+    let is_tracked = world.resource::<EnergyLedger>().on;
+    let keeps = keeps_multipliers(world);
     let started = Instant::now();
-    outcomes.extend(all(bodies, world).advance(&substeps, (kept, tracked)));
+    let (ledger, turned) = all(bodies, world).advance(substeps, (keeps, is_tracked));
     world.resource_mut::<Profile>().solve(started.elapsed());
-    for Outcome { entity, result } in outcomes.drain(..) {
-        if tracked {
-            world
-                .resource_mut::<EnergyLedger>()
-                .add(result.as_ref().ok().copied());
-        }
-        if let Err(error) = result {
-            quarantine(world, entity, error);
-        }
+    if is_tracked {
+        world.resource_mut::<EnergyLedger>().add(ledger);
     }
+    turn(world, turned);
 }
 
 /// All bodies of a world.
-fn all<'w, 's>(bodies: &'s mut SystemState<Bodies>, world: &'w mut World) -> Bodies<'w, 's> {
+pub(super) fn all<'w, 's>(
+    bodies: &'s mut SystemState<Bodies>,
+    world: &'w mut World,
+) -> Bodies<'w, 's> {
     let bodies = bodies.get_mut(world);
     bodies.expect("the plugin of the simulation adds the resources")
 }
 
-/// What later iterations, statistics and drawing read.
-fn kept(world: &World) -> Kept {
+/// Whether later iterations or statistics read multipliers.
+fn keeps_multipliers(world: &World) -> bool {
     let settings = &world.resource::<UnderWay>().settings;
-    Kept {
-        multipliers: settings.substep(0).total_iterations() > 1 || world.resource::<Measuring>().0,
-        contacts: world.resource::<RecordContacts>().0,
-    }
+    settings.substep(0).total_iterations() > 1 || world.resource::<Measuring>().0
 }
 
 /// Runs one substep by its schedule.
@@ -451,7 +494,7 @@ fn run_schedule(world: &mut World, step: Substep) {
 
 /// First stage of a substep.
 pub(super) fn presolve(mut bodies: Bodies) {
-    bodies.stage(Stage::Presolve).for_each(drop);
+    bodies.stage(Stage::Presolve);
 }
 
 /// Second stage of a substep: runs [`SolveSchedule`] once per iteration and smoothing iteration,
@@ -473,118 +516,18 @@ pub fn solve(world: &mut World) {
 
 /// Third stage of a substep.
 pub(super) fn postsolve(mut bodies: Bodies, mut commands: Commands) {
-    for Outcome { entity, result } in bodies.stage(Stage::Postsolve) {
-        if let Err(error) = result {
-            commands.queue(move |world: &mut World| quarantine(world, entity, error));
-        }
+    let turned = bodies.stage(Stage::Postsolve);
+    if !turned.is_empty() {
+        commands.queue(move |world: &mut World| turn(world, turned));
     }
 }
 
-/// Starts the next motion of each grab where it is: at its target, unless the tick ended early.
-pub(super) fn settle_grabs(
-    mut grabs: Query<
-        (Option<&mut Grab>, Option<&mut Grabs>, &mut RestTimer),
-        Or<(With<Grab>, With<Grabs>)>,
-    >,
-    under_way: Res<UnderWay>,
-) {
+/// Starts the next motion of each grab of an app where it is: at its target, unless the tick ended early.
+pub(super) fn settle_grabs(mut grabs: Query<&mut Grabs>, under_way: Res<UnderWay>) {
     let tick = under_way.settings.tick_seconds() as f32;
     let early = under_way.ends_early().then(|| under_way.fraction());
-    for (grab, more, mut timer) in &mut grabs {
-        if let Some(mut grab) = grab {
-            grab.bypass_change_detection().end_tick(early, tick);
-        }
-        if let Some(mut more) = more {
-            more.bypass_change_detection().end_tick(early, tick);
-        }
-        timer.0.reset();
-    }
-}
-
-/// Puts bodies to sleep that have been at rest for long enough, together with those they touch;
-/// wakes sleeping bodies that touch an awake one.
-pub(super) fn fall_asleep(
-    mut commands: Commands,
-    under_way: Res<UnderWay>,
-    sleep: Res<Sleep>,
-    contacts: Res<BodyContacts>,
-    mut bodies: Query<(
-        Entity,
-        &mut Particles,
-        &mut TickStart,
-        &mut RestTimer,
-        (
-            &SoftBody,
-            &EffectStates,
-            Has<Grabs>,
-            Carried,
-            Option<&BodySleep>,
-        ),
-        Has<Asleep>,
-        Has<Quarantined>,
-    )>,
-    mut group: Local<Vec<Wakefulness>>,
-    mut entities: Local<Vec<Entity>>,
-    mut places: Local<EntityHashMap<u32>>,
-    mut pairs: Local<Vec<[u32; 2]>>,
-) {
-    let seconds = under_way.seconds() as f32;
-    let gravity = under_way.settings.gravity.length();
-    entities.clear();
-    group.clear();
-    for (entity, particles, start, mut timer, causes, is_asleep, is_quarantined) in &mut bodies {
-        let ways = (&start.positions[..], &particles.positions[..]);
-        let (body, states, is_grabbed, carried, own) = causes;
-        let settings = own.map_or(&sleep.0, |own| &own.0);
-        let emits = carried
-            .emitter
-            .is_some_and(|it| it.is_active(particles.len()));
-        let turns = carried.rod.is_some_and(Rod::turns);
-        let calm = |speed| {
-            let calm = Calm {
-                topology: body,
-                effects: &carried.effects(),
-                is_touched: states.is_touched,
-                gravity,
-            };
-            calm.holds(ways, seconds, speed)
-        };
-        let rest = if is_asleep || is_quarantined {
-            Wakefulness::Asleep
-        } else if carried.grab.is_some() || is_grabbed || emits || turns {
-            timer.0.reset();
-            Wakefulness::Awake
-        } else if timer.0.observe(ways, (seconds, gravity), calm, settings) {
-            Wakefulness::Still
-        } else {
-            Wakefulness::Awake
-        };
-        entities.push(entity);
-        group.push(rest);
-    }
-    pairs.clear();
-    places.clear();
-    places.extend(entities.iter().copied().zip(0..));
-    let place = |entity: Entity| places.get(&entity).copied();
-    pairs.extend(contacts.islands().filter_map(|[a, b]| {
-        let [a, b] = [place(a)?, place(b)?];
-        Some([a, b])
-    }));
-    settle(&mut group, &pairs);
-    let all = bodies.iter_mut().zip(&*group);
-    for ((entity, mut particles, mut start, mut timer, _, is_asleep, is_quarantined), rest) in all {
-        match rest {
-            Wakefulness::Asleep if !is_asleep && !is_quarantined => {
-                particles.stop();
-                start.0.clone_from(&particles);
-                commands.entity(entity).insert(Asleep);
-            }
-            Wakefulness::Awake if is_asleep => {
-                timer.0.reset();
-                commands.entity(entity).remove::<Asleep>();
-            }
-            _ => {}
-        }
+    for mut grabs in &mut grabs {
+        grabs.bypass_change_detection().end_tick(early, tick);
     }
 }
 

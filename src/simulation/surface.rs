@@ -1,11 +1,10 @@
 //! Contacts of bodies with colliders and with the ground: their forces in a tick, and messages when
 //! they begin and end.
 
-use super::{Asleep, BodyContacts, Quarantined, RecordContacts, SoftBody, SpawnOrder};
-use super::{step::UnderWay, touch};
+use super::{BodyContacts, RecordContacts, SoftBody, touch};
 use crate::{
     effect::{Collide, Ground, StickyGround},
-    solver::{Collider, EffectStates, Particles, RigidSurface},
+    solver::{Body, Collider, RigidSurface},
 };
 use bevy::prelude::*;
 
@@ -80,77 +79,47 @@ pub struct SurfaceContact {
     pub point: Vec3,
 }
 
-/// Run condition: contacts are recorded.
-pub(super) fn is_recorded(record: Res<RecordContacts>) -> bool {
-    record.0
+/// What a body touched in the tick that is no body, in the order of the ground and these colliders.
+pub(super) fn contacts_of(
+    body: Entity,
+    of: &Body,
+    colliders: &[Entity],
+) -> impl Iterator<Item = SurfaceContact> {
+    of.states.surface_forces().iter().filter_map(move |it| {
+        let surface = match it.surface {
+            RigidSurface::Ground => ContactSurface::Ground,
+            RigidSurface::Collider(number) => {
+                ContactSurface::Collider(*colliders.get(number as usize)?)
+            }
+        };
+        Some(SurfaceContact {
+            body,
+            surface,
+            force: it.force.as_vec3(),
+            normal_force: it.normal_force as f32,
+            particles: it.particles,
+            point: it.point.as_vec3(),
+        })
+    })
 }
 
-/// Takes the forces of a tick, before bodies are torn.
-pub(super) fn collect(
-    under_way: Res<UnderWay>,
-    mut contacts: ResMut<BodyContacts>,
-    mut bodies: Query<
-        (
-            Entity,
-            &SpawnOrder,
-            &Particles,
-            &mut EffectStates,
-            Has<Quarantined>,
-        ),
-        With<SoftBody>,
-    >,
-    mut sorted: Local<Vec<(SpawnOrder, SurfaceContact)>>,
-) {
-    let seconds = under_way.seconds();
-    for (body, &order, particles, mut states, is_quarantined) in &mut bodies {
-        // Stepping does not count as a change.
-        let states = states.bypass_change_detection();
-        if is_quarantined {
-            states.forget_contacts();
-            continue;
-        }
-        states.end_contacts(particles, seconds);
-        sorted.extend(states.surface_forces().iter().filter_map(|it| {
-            let surface = match it.surface {
-                RigidSurface::Ground => ContactSurface::Ground,
-                RigidSurface::Collider(number) => {
-                    ContactSurface::Collider(*contacts.colliders.get(number as usize)?)
-                }
-            };
-            let contact = SurfaceContact {
-                body,
-                surface,
-                force: it.force.as_vec3(),
-                normal_force: it.normal_force as f32,
-                particles: it.particles,
-                point: it.point.as_vec3(),
-            };
-            Some((order, contact))
-        }));
-    }
-    // Those of a body are in the order of the ground and the colliders.
-    sorted.sort_by_key(|(order, _)| *order);
-    contacts.surfaces.clear();
-    let all = sorted.drain(..).map(|(_, contact)| contact);
-    contacts.surfaces.extend(all);
-}
-
-/// Bodies that sleep, with what they can touch.
-type Sleepers = (Has<Ground>, Has<StickyGround>, Has<Collide>);
+/// Bodies with what they can touch.
+type Touching = (Has<Ground>, Has<StickyGround>, Has<Collide>);
 
 /// Compares the contacts of the tick with those before. A body that sleeps is not stepped, and
 /// touches the same until it wakes.
 pub(super) fn report(
     record: Res<RecordContacts>,
     contacts: Res<BodyContacts>,
-    asleep: Query<Sleepers, (With<SoftBody>, With<Asleep>)>,
+    bodies: Query<Touching, With<SoftBody>>,
     colliders: Query<(), With<Collider>>,
     mut known: Local<touch::Known<(Entity, ContactSurface)>>,
     mut started: MessageWriter<SurfaceContactStarted>,
     mut ended: MessageWriter<SurfaceContactEnded>,
 ) {
     let remains = |&(body, surface): &(Entity, ContactSurface)| {
-        let sleeper = asleep.get(body).ok().filter(|_| record.0);
+        let slept = record.0 && contacts.slept.contains(&body);
+        let sleeper = bodies.get(body).ok().filter(|_| slept);
         sleeper.is_some_and(|(ground, sticky, collide)| match surface {
             ContactSurface::Ground => ground || sticky,
             ContactSurface::Collider(collider) => collide && colliders.contains(collider),

@@ -1,22 +1,19 @@
-//! Tearing and cutting of bodies between ticks.
+//! What follows from tears, cuts, and grains that appear or disappear, between ticks.
 
 use super::{
-    Active, AddedMass, Asleep, BodyDensity, BodySkin, EnergyLedger, PastStarts, Pins, RestTimer,
-    SoftBody, TickStart,
-    action::ActionError,
-    body::{KnownMesh, follow_joints},
-    step::UnderWay,
+    BodyContacts, BodySkin, EnergyLedger, PastStarts, SoftBody, action::ActionError,
+    bodies::Bodies, body::KnownMesh, step,
 };
 use crate::{
     effect::follow_points,
     mesh::Skin,
     solver::{
-        Cut, EffectStates, Effects, Grab, ParticleIndex, Particles, Stitches, SurfacePoint, Tear,
-        Topology, VertexIndex, advance::Stepper, direct::DirectWorkspace, masses::Masses,
-        topology::Torn,
+        Cut, ParticleIndex, Particles, SurfacePoint, Topology, VertexIndex,
+        tick::{TickReport, TornBody},
+        topology::{Renewed, Torn},
     },
 };
-use bevy::{ecs::query::QueryData, prelude::*};
+use bevy::{ecs::system::SystemState, prelude::*};
 use std::sync::Arc;
 
 /// A body came apart.
@@ -29,121 +26,63 @@ pub struct BodyTorn {
     pub splits: usize,
 }
 
-/// The components that tearing changes.
-#[derive(QueryData)]
-#[query_data(mutable)]
-pub(super) struct Tearable {
-    entity: Entity,
-    body: &'static mut SoftBody,
-    known: &'static mut KnownMesh,
-    particles: &'static mut Particles,
-    start: &'static mut TickStart,
-    past: &'static mut PastStarts,
-    states: &'static mut EffectStates,
-    stitches: Option<&'static mut Stitches>,
-    skin: Option<&'static mut BodySkin>,
-    density: &'static BodyDensity,
-    added: &'static AddedMass,
-    pins: &'static Pins,
-}
-
-/// What follows from a split.
-struct Followed {
-    torn: Torn,
-    /// Number of split particles.
-    splits: usize,
-    /// The point that is grabbed now.
-    grabbed: Option<SurfacePoint>,
-}
-
-impl Followed {
-    /// Moves what other components refer to: the grab of the body, and stitches to it.
-    fn finish(&self, world: &mut World, body: Entity) {
-        follow_joints(world, body, |stitches, number| {
-            stitches.follow_torn(number, &self.torn);
-            false
-        });
-        if let Ok(mut body) = world.get_entity_mut(body) {
-            self.move_grab(&mut body);
-            follow_points(&mut body, |point| Some(self.torn.point(point)));
-        }
+/// Lets everything that refers to particles follow what has become of them at the end of a tick.
+pub(super) fn follow(world: &mut World, report: TickReport) {
+    for torn in report.torn {
+        follow_torn(world, &torn);
     }
-
-    fn move_grab(&self, body: &mut EntityWorldMut) {
-        if let (Some(mut grab), Some(point)) = (body.get_mut::<Grab>(), self.grabbed) {
-            grab.bypass_change_detection().point = point;
-        }
+    for (number, renewed) in report.renewed {
+        follow_renewed(world, number, &renewed);
     }
 }
 
-impl TearableItem<'_, '_> {
-    /// Splits the body by `how`.
-    fn split(
-        &mut self,
-        effects: &Effects,
-        how: impl FnOnce(&mut Stepper, Masses, &mut Particles) -> Option<Torn>,
-    ) -> Option<Followed> {
-        let before = Arc::clone(&self.body.0);
-        let mut topology = Arc::clone(&before);
-        let mut none = Stitches::default();
-        let mut stepper = Stepper {
-            topology: &mut topology,
-            particles: self.particles.bypass_change_detection(),
-            effects,
-            states: self.states.bypass_change_detection(),
-            // A tick without tears is no change, which would wake the body.
-            stitches: match &mut self.stitches {
-                Some(stitches) => stitches.bypass_change_detection(),
-                None => &mut none,
-            },
-            direct: &mut DirectWorkspace::default(),
-            force: None,
-        };
-        let masses = Masses {
-            density: self.density.0,
-            added: self.added,
-            pins: self.pins,
-        };
-        let start = &mut self.start.bypass_change_detection().0;
-        let torn = how(&mut stepper, masses, start)?;
-        if let Some(skin) = &mut self.skin {
-            let followed = follow_skin(skin, &before, &torn);
-            skin.0 = Arc::new(followed);
-        }
-        self.past.follow(&torn.sources);
-        self.known.follow(topology.id());
-        self.body.0 = topology;
-        self.particles.set_changed();
-        Some(Followed {
-            splits: torn.sources.len() - before.particles(),
-            grabbed: effects.grab.map(|grab| torn.point(&grab.point)),
-            torn,
-        })
+fn follow_torn(world: &mut World, it: &TornBody) {
+    let TornBody {
+        number,
+        before,
+        torn,
+    } = it;
+    let body = follow_particles(world, *number, &torn.sources, |point| {
+        Some(torn.point(point))
+    });
+    if let Some(mut skin) = world.get_mut::<BodySkin>(body) {
+        let followed = follow_skin(&skin, before, torn);
+        skin.0 = Arc::new(followed);
     }
+    let splits = torn.sources.len() - before.particles();
+    world.write_message(BodyTorn { body, splits });
+    world.resource_mut::<EnergyLedger>().tears();
 }
 
-/// Tears the bodies that are above their limits, at the end of a tick.
-pub(super) fn tear(
-    mut bodies: Query<(Tearable, &Tear, super::carried::Carried), Active>,
-    under_way: Res<UnderWay>,
-    mut torn: MessageWriter<BodyTorn>,
-    mut ledger: ResMut<EnergyLedger>,
-    mut commands: Commands,
-) {
-    for (mut body, _, carried) in &mut bodies {
-        let followed = body.split(&carried.effects(), |stepper, masses, start| {
-            stepper.tear(masses, start, under_way.settings())
-        });
-        if let Some(followed) = followed {
-            torn.write(BodyTorn {
-                body: body.entity,
-                splits: followed.splits,
-            });
-            ledger.tears();
-            let entity = body.entity;
-            commands.queue(move |world: &mut World| followed.finish(world, entity));
-        }
+fn follow_renewed(world: &mut World, number: u32, renewed: &Renewed) {
+    follow_particles(world, number, &renewed.kept, |point| renewed.point(point));
+}
+
+/// Lets what is known of a body follow its new particles, each of which was one of `sources`, and says that
+/// it has changed.
+fn follow_particles(
+    world: &mut World,
+    number: u32,
+    sources: &[u32],
+    now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
+) -> Entity {
+    let (_, entity) = world.resource::<BodyContacts>().bodies[number as usize];
+    let mut body = world.entity_mut(entity);
+    if let Some(mut past) = body.get_mut::<PastStarts>() {
+        past.follow(sources);
     }
+    let mesh = body.get_mut::<SoftBody>().map(|mut mesh| {
+        mesh.set_changed();
+        mesh.id()
+    });
+    if let (Some(mut known), Some(mesh)) = (body.get_mut::<KnownMesh>(), mesh) {
+        known.follow(mesh);
+    }
+    if let Some(mut particles) = body.get_mut::<Particles>() {
+        particles.set_changed();
+    }
+    follow_points(&mut body, now);
+    entity
 }
 
 /// Cuts a body; a cut that misses it changes nothing.
@@ -155,25 +94,18 @@ pub(super) fn cut(world: &mut World, body: Entity, cut: &Cut) -> Result<(), Acti
     if !cut.is_valid() {
         return Err(ActionError::Cut);
     }
-    let effects = Effects {
-        grab: world.get::<Grab>(body).copied(),
-        ..Effects::default()
-    };
-    let mut bodies = world.query::<Tearable>();
-    let mut item = bodies
-        .get_mut(world, body)
-        .map_err(|_| ActionError::NoBody(body))?;
-    let followed = item.split(&effects, |stepper, masses, start| {
-        stepper.cut(cut, masses, start)
-    });
-    if let Some(followed) = followed {
-        let splits = followed.splits;
-        world.write_message(BodyTorn { body, splits });
-        world.resource_mut::<EnergyLedger>().tears();
-        followed.finish(world, body);
-        let mut entity = world.entity_mut(body);
-        entity.remove::<Asleep>().insert(RestTimer::default());
+    if !world
+        .get_entity(body)
+        .is_ok_and(|body| body.contains::<SoftBody>())
+    {
+        return Err(ActionError::NoBody(body));
     }
+    let mut bodies = SystemState::<Bodies>::new(world);
+    let (torn, turned) = step::all(&mut bodies, world).cut(body, cut);
+    if let Some(torn) = torn {
+        follow_torn(world, &torn);
+    }
+    step::turn(world, turned);
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! Messages when bodies begin and cease to touch.
 
-use super::{Asleep, BodyContacts, SoftBody};
+use super::{BodyContacts, SoftBody};
 use bevy::prelude::*;
 
 /// Two bodies touch that did not in the tick before.
@@ -97,14 +97,17 @@ impl<T: Copy + Ord> Known<T> {
 /// and touch until one of them wakes.
 pub(super) fn report(
     contacts: Res<BodyContacts>,
-    asleep: Query<(), (With<SoftBody>, With<Asleep>)>,
+    bodies: Query<(), With<SoftBody>>,
     mut known: Local<Known<[Entity; 2]>>,
     mut started: MessageWriter<ContactStarted>,
     mut ended: MessageWriter<ContactEnded>,
 ) {
     known.update(
         contacts.pairs().map(|pair| pair.bodies),
-        |bodies| bodies.iter().all(|&body| asleep.contains(body)),
+        |pair| {
+            let mut pair = pair.iter();
+            pair.all(|body| contacts.slept.contains(body) && bodies.contains(*body))
+        },
         |bodies| {
             started.write(ContactStarted { bodies });
         },

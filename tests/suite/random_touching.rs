@@ -281,7 +281,7 @@ fn bodies_that_touch_tear_and_come_stay_finite_and_are_deterministic() {
             let mut now = seen.get();
             for tick in 1..=TICKS {
                 world.tick();
-                now.touched += usize::from(!world.contacts.touching().is_empty());
+                now.touched += usize::from(!world.contacts().touching().is_empty());
                 for (body, pins) in world.bodies.iter().zip(&pins) {
                     let columns = body.particles.columns().into_iter();
                     let mut state = columns.flat_map(|(_, column)| column);

@@ -204,7 +204,7 @@ fn momentum_is_balanced_in_a_closed_box_and_nothing_crosses() {
         }
         exchanged += weight.length() * seconds;
         lost += momentum(&world) - before - force * seconds;
-        for body in world.contacts.touching().as_flattened() {
+        for body in world.contacts().touching().as_flattened() {
             met[*body as usize] = true;
         }
     }

@@ -258,7 +258,7 @@ fn busy() -> World {
 fn meshes_are_deterministic() {
     let (world, _) = deterministic(busy(), 90);
     assert_eq!(world.crossings(), 0);
-    assert!(world.contacts.counts().candidates > 0);
+    assert!(world.contacts().counts().candidates > 0);
 }
 
 /// Bodies that touch a mesh, the ground and a ball in the same substep, soft and rigid: the systems

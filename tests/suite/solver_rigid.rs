@@ -87,7 +87,7 @@ fn a_stack_stands() {
         world.sleep.enabled = false;
         (0..600).for_each(|_| world.tick());
         assert_eq!(world.crossings(), 0);
-        assert_eq!(world.contacts.counts().truncated, 0);
+        assert_eq!(world.contacts().counts().truncated, 0);
         for (place, it) in world.bodies.iter().enumerate() {
             let at = middle(it);
             let height = 0.1 + 0.204 * place as f64;
@@ -381,7 +381,7 @@ fn a_body_becomes_rigid_while_it_touches() {
     world.sleep.enabled = false;
     for hertz in [f32::INFINITY, 8.0, f32::INFINITY] {
         (0..30).for_each(|_| world.tick());
-        assert!(world.contacts.counts().acting > 0);
+        assert!(world.contacts().counts().acting > 0);
         set(&mut world, hertz);
         let mut copy = world.clone();
         for tick in 0..30 {

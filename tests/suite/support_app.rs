@@ -68,7 +68,7 @@ pub fn deterministic(mut world: solver::World, count: usize) -> (solver::World, 
         ticks(&mut staged, 1);
         ticks(&mut partly, 1);
         later.iter_mut().for_each(solver::World::tick);
-        acting = acting.max(world.contacts.counts().acting);
+        acting = acting.max(world.contacts().counts().acting);
         let hash = world.state_hash();
         assert_eq!(threaded.state_hash(), hash, "threads, tick {tick}");
         assert_eq!(state_hash(app.world_mut()), hash, "Bevy, tick {tick}");

@@ -72,7 +72,7 @@ pub mod topology;
 pub use diagnostics::{effective, field, memory, modes};
 pub use step::{
     advance, copies, emission, joints, ledger, masses, renew, repair, resolution, rest, rolling,
-    spin, stages, together,
+    spin, stages, tick,
 };
 
 use effects::{elastic, force};

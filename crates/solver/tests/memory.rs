@@ -398,7 +398,7 @@ fn bodies_that_touch() {
     let mut world = world(bodies.to_vec(), [2, 1]);
     world.threads = Threads::new(2).expect("two threads");
     world.tick();
-    assert!(world.contacts.counts().near > 0, "they are near");
+    assert!(world.contacts().counts().near > 0, "they are near");
     assert_finite(&world);
 }
 

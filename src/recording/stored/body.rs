@@ -56,6 +56,9 @@ impl StoredBody {
             stitches,
             // Recomputed in each substep.
             direct: _,
+            // What an app does to the body, not its state.
+            force: _,
+            is_held: _,
             rest,
             sleep,
             asleep,

@@ -50,6 +50,14 @@ impl ExternalForce {
         self
     }
 
+    /// Moves the points to the particles of a body that was torn or renewed; those that are gone are removed.
+    pub(crate) fn follow(&mut self, now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>) {
+        self.points.retain_mut(|(point, _)| {
+            let moved = now(point);
+            moved.inspect(|moved| *point = *moved).is_some()
+        });
+    }
+
     /// Adds the change of velocity in `h` seconds to all particles of a body.
     pub(crate) fn push(&self, part: &mut Part, h: f32) {
         let Part {

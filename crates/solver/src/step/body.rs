@@ -1,8 +1,8 @@
 //! A body without Bevy: topology, particles and effects.
 
 use crate::{
-    Density, EffectStates, Effects, ForceKind, Mass, Particles, Settings, Stitches, Topology,
-    VertexIndex,
+    Density, EffectStates, Effects, ExternalForce, ForceKind, Mass, Particles, Settings, Stitches,
+    Topology, VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     direct::DirectWorkspace,
     rest::{Calm, RestTimer, SleepSettings},
@@ -86,6 +86,10 @@ pub struct Body {
     pub stitches: Stitches,
     /// Data of the direct solver, if it is used.
     pub direct: DirectWorkspace,
+    /// The force of an app, if there is one.
+    pub force: Option<ExternalForce>,
+    /// Whether an app holds it, so that it does not sleep; default false.
+    pub is_held: bool,
     /// Duration of rest.
     pub rest: RestTimer,
     /// When it sleeps; by default as the [world](crate::World::sleep) says.
@@ -115,6 +119,8 @@ impl Body {
             states: EffectStates::default(),
             stitches: Stitches::default(),
             direct: DirectWorkspace::default(),
+            force: None,
+            is_held: false,
             rest: RestTimer::default(),
             sleep: None,
             asleep: false,
@@ -160,9 +166,9 @@ impl Body {
             .choose(&mut self.effects, topology, particles, settings);
     }
 
-    /// Starts a tick: allocates multipliers, checks the input, and stores positions. Does not
-    /// [choose the solver](Self::choose_solver).
-    pub fn begin_tick(&mut self) {
+    /// Begins a tick: puts a body with an input that is not sound into quarantine, allocates multipliers, and
+    /// stores the state at the start. Does not [choose the solver](Self::choose_solver).
+    pub(crate) fn begin_tick(&mut self, keeps_multipliers: bool) {
         if let Some(particle) = self.particles.first_unfit(self.topology.particles()) {
             self.particles.restore_at_rest(&self.tick_start.positions);
             self.quarantine = Some(Quarantine {
@@ -170,7 +176,7 @@ impl Body {
                 stage: Quarantine::INPUT,
             });
         }
-        self.stepper().prepare(true);
+        self.stepper().prepare(keeps_multipliers);
         self.states.recorded.clear_forces();
         self.tick_start.clone_from(&self.particles);
     }
@@ -184,37 +190,16 @@ impl Body {
             states: &mut self.states,
             stitches: &mut self.stitches,
             direct: &mut self.direct,
-            force: None,
+            force: self.force.as_ref(),
         }
     }
 
-    /// Performs all substeps of a tick. A diverged body is restored to the start of the tick: the
-    /// substeps before the failed one are finite, but usually already torn apart.
-    pub fn advance(&mut self, context: &StepContext) {
-        let substeps = 0..context.settings.substeps.get();
-        let result = self.stepper().advance(substeps, context);
-        self.end_advance(result, Quarantine::USER, context);
-    }
-
-    /// Ends the substeps of a tick: takes the forces of contacts, or restores the body to the start
-    /// of the tick if it failed. The stage is `other` if none of the body caused it.
-    pub(crate) fn end_advance(
-        &mut self,
-        result: Result<(), NotFinite>,
-        other: &'static str,
-        context: &StepContext,
-    ) {
-        match result {
-            Ok(()) => {
-                let seconds = context.settings.tick_seconds();
-                self.states.end_contacts(&self.particles, seconds);
-            }
-            Err(error) => {
-                self.quarantine = Some(self.find_cause(error, other, context));
-                self.particles.restore_at_rest(&self.tick_start.positions);
-                self.states.forget_contacts();
-            }
-        }
+    /// Puts a body that has diverged into quarantine, where it was at the start of the tick. The stage is
+    /// `other` if none of the body caused it.
+    pub(crate) fn fail(&mut self, error: NotFinite, other: &'static str, context: &StepContext) {
+        self.quarantine = Some(self.find_cause(error, other, context));
+        self.particles.restore_at_rest(&self.tick_start.positions);
+        self.states.forget_contacts();
     }
 
     /// Tears the body where it is above its limits, at the end of a tick; returns what has become of
@@ -245,8 +230,13 @@ impl Body {
         };
         let torn = by(&mut self.stepper(), masses, &mut start);
         (self.tick_start, self.added_mass, self.pins) = (start, added, pins);
-        if let (Some(torn), Some(grab)) = (&torn, &mut self.effects.grab) {
-            grab.point = torn.point(&grab.point);
+        if let Some(torn) = &torn {
+            if let Some(grab) = &mut self.effects.grab {
+                grab.point = torn.point(&grab.point);
+            }
+            if let Some(force) = &mut self.force {
+                force.follow(|point| Some(torn.point(point)));
+            }
         }
         torn
     }
@@ -269,22 +259,30 @@ impl Body {
         let mut stepper = self.stepper();
         let renewed = stepper.renew(density, attached, &mut start, settings);
         (self.tick_start, self.added_mass, self.pins) = (start, added, pins);
-        let grab = self.effects.grab.as_mut();
-        if let (Some(renewed), Some(grab)) = (&renewed, grab) {
-            match renewed.point(&grab.point) {
-                Some(point) => grab.point = point,
-                None => self.effects.grab = None,
+        if let Some(renewed) = &renewed {
+            if let Some(grab) = &mut self.effects.grab {
+                match renewed.point(&grab.point) {
+                    Some(point) => grab.point = point,
+                    None => self.effects.grab = None,
+                }
+            }
+            if let Some(force) = &mut self.force {
+                force.follow(|point| renewed.point(point));
             }
         }
         renewed
     }
 
-    /// Ends a tick of `seconds` under gravity [m/s²], in a world with these settings; returns whether the
-    /// body has been at rest for long enough to sleep.
-    pub fn end_tick(&mut self, seconds: f64, gravity: Vec3, settings: &SleepSettings) -> bool {
-        if let Some(grab) = &mut self.effects.grab {
+    /// Whether the body has been at rest for long enough to sleep, at the end of a tick of `seconds` under
+    /// gravity [m/s²], in a world with these settings.
+    pub(crate) fn is_still(
+        &mut self,
+        seconds: f64,
+        gravity: Vec3,
+        settings: &SleepSettings,
+    ) -> bool {
+        if self.effects.grab.is_some() || self.is_held {
             self.rest.reset();
-            grab.end_tick(None, seconds as f32);
             return false;
         }
         let emitter = self.effects.emitter;
@@ -325,8 +323,7 @@ impl Body {
     /// Repeats a failed tick up to the failing substep, and that one stage by stage, to identify
     /// the first particle and the stage. Returns the particle of the error and the `other` stage if
     /// none of them caused it.
-    #[must_use]
-    pub fn find_cause(
+    fn find_cause(
         &self,
         error: NotFinite,
         other: &'static str,

@@ -2,19 +2,16 @@
 //! it.
 
 use super::{
-    body::Quarantine,
-    copies::{self, Candidate},
-    emission::{self, Slept, Template, around, meet, spread},
-    joints::{self, Joined},
-    together::{self, GroupedBody, must_step_together},
+    emission::{self, Template, around, meet},
+    tick::{self, Member, Tick, Work},
 };
 use crate::{
-    Body, Collider, Contacts, Cut, Settings, Threads, WorkEstimate,
+    Body, Collider, Contacts, Cut, Settings, Threads,
     advance::StepContext,
-    colliders::collider::{Swept, SweptCollider},
+    colliders::collider::Swept,
     contact::{Outline, Overlapped, crossings, overlaps},
     lanes::Instructions,
-    rest::{SleepSettings, Wakefulness, disturbed, settle, written},
+    rest::SleepSettings,
 };
 
 /// Bodies and colliders that are stepped together.
@@ -37,13 +34,19 @@ pub struct World {
     /// Instruction set for stepping; by default the best of this machine. It does not affect
     /// results.
     pub instructions: Instructions,
-    /// Contacts between bodies: a cache, not part of the state.
-    pub contacts: Contacts,
+    /// What bodies have in common in a tick: a cache, not part of the state.
+    pub under_way: Tick,
     /// Motion of the colliders in the current tick: a cache, not part of the state.
     pub swept: Swept,
 }
 
 impl World {
+    /// Contacts between bodies in the last tick.
+    #[must_use]
+    pub fn contacts(&self) -> &Contacts {
+        &self.under_way.contacts
+    }
+
     /// A tick of 1/rate seconds.
     pub fn tick(&mut self) {
         let Self {
@@ -54,11 +57,9 @@ impl World {
             threads,
             swept,
             instructions,
-            contacts,
+            under_way,
             ..
         } = self;
-        contacts.begin_tick();
-        let seconds = settings.tick_seconds();
         swept.fill(colliders.iter(), settings, self.time);
         let context = StepContext {
             settings,
@@ -68,46 +69,19 @@ impl World {
             instructions: *instructions,
             watch: None,
         };
-        if bodies.iter().any(|body| body.asleep) {
-            let is_woken = |body: &Body| body.asleep && wakes(body, swept.whole_tick());
-            let woken: Vec<bool> = bodies.iter().map(is_woken).collect();
-            wake_with_neighbors(bodies, woken);
-        }
-        for body in bodies.iter_mut().filter(|body| body.is_active()) {
-            body.choose_solver(settings);
-        }
-        let has_meshes = swept.has_meshes();
-        let stitches = (0..).zip(bodies.iter().map(|body| &body.stitches));
-        let joined = Joined::of(stitches, bodies.len());
-        let all = bodies.iter().map(|body| (&body.effects, body.is_active()));
-        let together = must_step_together(all, &joined, has_meshes);
-        if together {
-            let members = (0..).zip(&mut *bodies).map(|(number, body)| Member {
-                number,
-                is_grouped: body.effects.touches_surfaces(has_meshes) || joined.contains(number),
-                body,
-            });
-            let mut members: Vec<_> = members.collect();
-            step_alone(&mut members, &context, sleep);
-            members.retain(|it| it.is_grouped);
-            advance_together(&mut members, contacts, &context);
-            for place in 0..members.len() {
-                let Member { number, body, .. } = &mut members[place];
-                if body.is_active() {
-                    let number = *number;
-                    let torn = body.tear(settings);
-                    let renewed = body.renew(settings);
-                    let stitches = members.iter_mut().map(|it| &mut it.body.stitches);
-                    joints::follow(stitches, number, torn.as_ref(), renewed.as_ref());
-                }
-            }
-            end_tick_together(&mut members, (contacts, &joined), &context, sleep);
-        } else {
-            step_alone(bodies, &context, sleep);
-            contacts.clear();
-        }
+        let work = Work {
+            keeps_multipliers: true,
+            is_tracked: false,
+            has_group: true,
+        };
+        let substeps = settings.substeps.get();
+        let mut members = members(bodies);
+        under_way.begin(&mut members, work, &context);
+        under_way.advance(&mut members, &(0..substeps), work, &context);
+        under_way.end(&mut members, substeps, &context);
+        under_way.settle(&mut members, substeps, sleep, &context);
         self.emit();
-        self.time += seconds;
+        self.time += self.settings.tick_seconds();
         self.tick += 1;
     }
 
@@ -139,7 +113,7 @@ impl World {
             self.bodies.extend(copies);
         }
         if changes {
-            self.contacts.invalidate();
+            self.under_way.invalidate();
         }
     }
 
@@ -175,15 +149,14 @@ impl World {
         gone
     }
 
-    /// Cuts a body between ticks; returns whether the cut hit it. Stitches of other bodies follow.
+    /// Cuts a body between ticks and wakes it, if the cut hits it; returns whether it did. Stitches of other
+    /// bodies follow.
     ///
     /// # Panics
     /// If there is no body of this number, from 0.
     pub fn cut(&mut self, number: usize, cut: &Cut) -> bool {
-        let torn = self.bodies[number].cut(cut);
-        let stitches = self.bodies.iter_mut().map(|body| &mut body.stitches);
-        joints::follow(stitches, number as u32, torn.as_ref(), None);
-        torn.is_some()
+        assert!(number < self.bodies.len(), "there is no body {number}");
+        tick::cut(&mut members(&mut self.bodies), number as u32, cut).is_some()
     }
 
     /// Number of edge–triangle [crossings].
@@ -223,209 +196,8 @@ impl World {
     }
 }
 
-/// A body in a tick.
-struct Member<'a> {
-    /// Its number, from 0.
-    number: u32,
-    body: &'a mut Body,
-    /// Whether it is stepped together with others.
-    is_grouped: bool,
-}
-
-/// Performs all substeps of a tick for the bodies with contact, or that stitches join.
-fn advance_together(bodies: &mut [Member], contacts: &mut Contacts, context: &StepContext) {
-    let substeps = 0..context.settings.substeps.get();
-    let group = bodies.iter_mut().map(|it| {
-        let is_active = it.body.is_active();
-        GroupedBody::new(it.number, it.body.stepper(), is_active)
-    });
-    let mut group: Vec<_> = group.collect();
-    together::advance(&mut group, contacts, substeps, false, context);
-    let results: Vec<_> = group.into_iter().map(|it| it.result).collect();
-    for (Member { body, .. }, result) in bodies.iter_mut().zip(results) {
-        if !body.is_active() {
-            continue;
-        }
-        let other = match body.effects.touches_surfaces(context.swept.has_meshes()) {
-            true => Quarantine::CONTACT,
-            false => Quarantine::JOINTS,
-        };
-        body.end_advance(result.map(drop), other, context);
-    }
-}
-
-/// A body, or one in a list.
-trait Listed: Send {
-    fn body(&self) -> &Body;
-
-    fn body_mut(&mut self) -> &mut Body;
-
-    /// Whether it is stepped together with others.
-    fn is_grouped(&self) -> bool;
-}
-
-impl Listed for Body {
-    fn body(&self) -> &Body {
-        self
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        self
-    }
-
-    fn is_grouped(&self) -> bool {
-        false
-    }
-}
-
-impl Listed for Member<'_> {
-    fn body(&self) -> &Body {
-        self.body
-    }
-
-    fn body_mut(&mut self) -> &mut Body {
-        self.body
-    }
-
-    fn is_grouped(&self) -> bool {
-        self.is_grouped
-    }
-}
-
-/// Begins a tick of bodies, and performs the rest of it for those that are not stepped together with
-/// others.
-fn step_alone<T: Listed>(bodies: &mut [T], context: &StepContext, sleep: &SleepSettings) {
-    let settings = context.settings;
-    let iterations =
-        settings.substeps.get() as usize * settings.substep(0).total_iterations() as usize;
-    let is_stepped = |it: &T| it.body().is_active() && !it.is_grouped();
-    let load = |it: &T| match (is_stepped(it), it.body()) {
-        (true, body) => body.direct.load(&body.effects, &body.topology, iterations),
-        (false, _) => WorkEstimate::default(),
-    };
-    let are_copies =
-        |a: &T, b: &T| is_stepped(a) && is_stepped(b) && a.body().is_copy_of(b.body(), settings);
-    context.threads.for_each_group(
-        bodies,
-        (are_copies, |first, copies, threads| {
-            let topology = &first.body().topology;
-            copies::group_size(topology, copies, threads, context.instructions)
-        }),
-        load,
-        &|group: &mut [T], threads: &Threads| {
-            let context = StepContext {
-                threads,
-                ..*context
-            };
-            group.iter_mut().for_each(|it| it.body_mut().begin_tick());
-            match &mut *group {
-                [it] if is_stepped(it) => it.body_mut().advance(&context),
-                [_] => {}
-                copies => advance_copies(copies, &context),
-            }
-            for it in group.iter_mut().filter(|it| is_stepped(it)) {
-                let body = it.body_mut();
-                body.tear(settings);
-                body.renew(settings);
-                if body.end_tick(settings.tick_seconds(), settings.gravity, sleep) {
-                    body.fall_asleep();
-                }
-            }
-        },
-    );
-}
-
-/// Performs all substeps of a tick for bodies each of which is a copy of the one before.
-fn advance_copies<T: Listed>(copies: &mut [T], context: &StepContext) {
-    let substeps = 0..context.settings.substeps.get();
-    let all = copies.iter_mut().map(Listed::body_mut);
-    let steppers = all.filter(|it| it.is_active()).map(Body::stepper);
-    let results = copies::advance(steppers, &substeps, context);
-    let all = copies.iter_mut().map(Listed::body_mut);
-    for (body, result) in all.filter(|it| it.is_active()).zip(results) {
-        body.end_advance(result, Quarantine::USER, context);
-    }
-}
-
-/// Ends a tick of bodies that were stepped together: those that touch each other or are joined fall
-/// asleep and wake together.
-fn end_tick_together(
-    bodies: &mut [Member],
-    (contacts, joined): (&Contacts, &Joined),
-    context: &StepContext,
-    sleep: &SleepSettings,
-) {
-    let seconds = context.settings.tick_seconds();
-    let place = |number: u32| bodies.binary_search_by_key(&number, |it| it.number).ok();
-    let joined = joined.pairs().iter().filter_map(|[a, b]| {
-        let [a, b] = [place(*a)?, place(*b)?];
-        Some([a as u32, b as u32])
-    });
-    let pairs: Vec<_> = contacts.touching().iter().copied().chain(joined).collect();
-    let mut group: Vec<Wakefulness> = bodies
-        .iter_mut()
-        .map(|Member { body, .. }| match body.is_active() {
-            true if body.end_tick(seconds, context.settings.gravity, sleep) => Wakefulness::Still,
-            true => Wakefulness::Awake,
-            false => Wakefulness::Asleep,
-        })
-        .collect();
-    settle(&mut group, &pairs);
-    for (Member { body, .. }, rest) in bodies.iter_mut().zip(group) {
-        match rest {
-            Wakefulness::Asleep if body.is_active() => body.fall_asleep(),
-            Wakefulness::Awake if body.asleep => body.wake(),
-            _ => {}
-        }
-    }
-}
-
-/// Wakes bodies, and those that rested on them: what they are about to do, these do not see otherwise.
-fn wake_with_neighbors(bodies: &mut [Body], mut woken: Vec<bool>) {
-    if woken.contains(&true) {
-        let slept = bodies.iter().map(|body| {
-            let slept = Slept {
-                topology: &body.topology,
-                effects: body.effects,
-                start: &body.tick_start,
-            };
-            body.asleep.then(|| slept.boxes())
-        });
-        spread(&slept.collect::<Vec<_>>(), &mut woken);
-    }
-    for (body, woken) in bodies.iter_mut().zip(woken) {
-        if woken {
-            body.wake();
-        }
-    }
-}
-
-fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
-    body.effects.grab.is_some()
-        || written(&body.particles, &body.tick_start.positions)
-        || body.stitches.are_pulled(colliders)
-        || disturbed(
-            &body.topology,
-            &body.effects,
-            &body.particles.positions,
-            colliders,
-        )
-}
-
-impl Body {
-    /// Whether the two can be stepped side by side.
-    fn is_copy_of(&self, other: &Self, settings: &Settings) -> bool {
-        let [body, other] = [self, other].map(|it| Candidate {
-            topology: &it.topology,
-            effects: &it.effects,
-            stitches: Some(&it.stitches),
-        });
-        body.is_copy_of(&other, settings)
-    }
-
-    /// Whether it is stepped: neither sleeping nor in quarantine.
-    #[must_use]
-    pub fn is_active(&self) -> bool {
-        !self.asleep && self.quarantine.is_none()
-    }
+fn members(bodies: &mut [Body]) -> Vec<Member<'_>> {
+    let numbered = (0..).zip(bodies);
+    let members = numbered.map(|(number, body)| Member::new(number, body));
+    members.collect()
 }
