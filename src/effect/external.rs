@@ -6,14 +6,39 @@
 use super::{Effect, Grabs};
 use crate::{
     simulation::{EffectSystems, Quarantined, SoftBody, StepSchedule, plan::ExternalImpulses},
-    solver::{ExternalForce, Particles, SurfacePoint, advance::Stage, kick},
+    solver::{Particles, SurfacePoint, advance::Stage},
 };
 use bevy::prelude::*;
 
-/// An impulse on a body [N·s]: a change of its momentum before the next tick, which removes the
-/// component. It wakes a body that sleeps.
+/// # In an app
 ///
-/// Insert it again for another one; one that is replaced before a tick is lost.
+/// A component, until it is changed or removed. Scene files, snapshots and recordings do not contain it.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::{effect::ExternalForce, prelude::*, simulation::tick, solver::measure};
+///
+/// let mut app = App::new();
+/// app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+/// app.insert_resource(SimulationSettings(Settings { gravity: Vec3::ZERO, ..default() }));
+/// let block = SoftBody::cuboid(Vec3::splat(0.4), UVec3::splat(2)).density(Density::of(1000.0));
+/// let push = ExternalForce::on_whole(Vec3::X * 32.0); // N on 64 kg
+/// let block = app.world_mut().spawn((block.build(), Stretch::default(), push)).id();
+/// for _ in 0..60 {
+///     tick(app.world_mut());
+/// }
+/// let particles = app.world().get::<Particles>(block).expect("a body has particles");
+/// let speed = measure::momentum(particles).x / 64.0;
+/// assert!((speed - 0.5).abs() < 1e-4, "m/s after a second");
+/// ```
+#[doc(inline)]
+pub use crate::solver::ExternalForce;
+
+/// # In an app
+///
+/// A component, which the next tick applies and removes. It wakes a body that sleeps. Insert it again for
+/// another one; one that is replaced before a tick is lost. Scene files, snapshots and recordings do not
+/// contain it.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -31,39 +56,8 @@ use bevy::prelude::*;
 /// assert!((speed - 1.0).abs() < 1e-4, "m/s after a tick");
 /// assert!(!app.world().entity(block).contains::<ExternalImpulse>());
 /// ```
-#[derive(Component, Debug, Clone, Default, PartialEq)]
-pub struct ExternalImpulse {
-    /// Impulse on the whole body [N·s], distributed over its free particles by their mass.
-    pub whole: Vec3,
-    /// Points and the impulses on them [N·s], distributed over their particles by the weights of the
-    /// point. A light particle gets fast: prefer points of triangles, or a force. Points that the
-    /// body does not have are ignored.
-    pub points: Vec<(SurfacePoint, Vec3)>,
-}
-
-impl ExternalImpulse {
-    /// One on the whole body [N·s].
-    #[must_use]
-    pub fn on_whole(whole: Vec3) -> Self {
-        Self {
-            whole,
-            ..Self::default()
-        }
-    }
-
-    /// One at a point [N·s].
-    #[must_use]
-    pub fn at(point: SurfacePoint, value: Vec3) -> Self {
-        Self::default().and_at(point, value)
-    }
-
-    /// With another one at a point [N·s].
-    #[must_use]
-    pub fn and_at(mut self, point: SurfacePoint, value: Vec3) -> Self {
-        self.points.push((point, value));
-        self
-    }
-}
+#[doc(inline)]
+pub use crate::solver::ExternalImpulse;
 
 /// Moves the points of grabs and impulses to the particles of a body that was torn or
 /// renewed; those that are gone are removed.
@@ -75,11 +69,7 @@ pub(crate) fn follow_points(
         grabs.bypass_change_detection().follow(&now);
     }
     if let Some(mut impulse) = body.get_mut::<ExternalImpulse>() {
-        let points = &mut impulse.bypass_change_detection().points;
-        points.retain_mut(|(point, _)| {
-            let moved = now(point);
-            moved.inspect(|moved| *point = *moved).is_some()
-        });
+        impulse.bypass_change_detection().follow(now);
     }
 }
 
@@ -116,7 +106,7 @@ fn strike(
     mut commands: Commands,
 ) {
     for (entity, mut particles, impulse) in &mut bodies {
-        kick(&mut particles, impulse.whole, &impulse.points);
+        impulse.apply(&mut particles);
         commands.entity(entity).try_remove::<ExternalImpulse>();
     }
 }

@@ -138,8 +138,8 @@ mod tethers;
 mod volume;
 mod weave;
 
-pub use external::ExternalImpulse;
 pub(crate) use external::follow_points;
+pub use external::{ExternalForce, ExternalImpulse};
 pub use grabs::Grabs;
 pub use own::{OwnEffect, OwnEffectError, OwnEffects};
 pub use pin_targets::PinTargets;
@@ -169,7 +169,7 @@ macro_rules! plugins {
         }
     };
     ($($effect:ident,)*) => {
-        pub use crate::solver::{ExternalForce, $($effect,)*};
+        pub use crate::solver::{$($effect,)*};
 
         impl EffectPlugins {
             /// Names of all effects.

@@ -99,7 +99,7 @@ pub use effects::{
     body_kinds::BodyEffectKind,
     carried::Effects,
     elastic_kind::ElasticKind,
-    external::{ExternalForce, kick},
+    external::{ExternalForce, ExternalImpulse},
     force::{
         attract::Attract, axis::Axis, drag::Drag, law::ForceKind, mask::ForceMask, stream::Stream,
         turbulence::Turbulence, uniform::Uniform, vortex::Vortex, wind::Wind,

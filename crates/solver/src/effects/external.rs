@@ -1,4 +1,4 @@
-//! A force that an app applies to a body: on the whole, or at points.
+//! A force or an impulse that an app applies to a body: on the whole, or at points.
 
 use crate::{Particles, SurfacePoint, particles::Part};
 use glam::{DVec3, Vec3, Vec4};
@@ -27,37 +27,72 @@ pub struct ExternalForce {
     pub points: Vec<(SurfacePoint, Vec3)>,
 }
 
-impl ExternalForce {
-    /// One on the whole body [N].
-    #[must_use]
-    pub fn on_whole(whole: Vec3) -> Self {
-        Self {
-            whole,
-            ..Self::default()
+/// An impulse on a body [N·s]: a change of its momentum.
+///
+/// ```
+/// use glam::Vec3;
+/// use pliant_solver::{ExternalImpulse, Particles};
+///
+/// // Two particles, of 1 kg and 3 kg.
+/// let mut particles = Particles::at_rest([Vec3::ZERO, Vec3::X].into_iter());
+/// particles.positions[0].w = 1.0; // 1/kg
+/// particles.positions[1].w = 1.0 / 3.0;
+/// ExternalImpulse::on_whole(Vec3::Y * 8.0).apply(&mut particles);
+/// assert!(particles.velocities().all(|v| v.distance(Vec3::Y * 2.0) < 1e-6)); // m/s
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
+pub struct ExternalImpulse {
+    /// Impulse on the whole body [N·s], distributed over its free particles by their mass.
+    pub whole: Vec3,
+    /// Points and the impulses on them [N·s], distributed over their particles by the weights of the
+    /// point. A light particle gets fast: prefer points of triangles, or a force. Points that the
+    /// body does not have are ignored.
+    pub points: Vec<(SurfacePoint, Vec3)>,
+}
+
+/// The constructors of a force or an impulse, by its unit.
+macro_rules! constructors {
+    ($kind:ident, $unit:literal) => {
+        impl $kind {
+            #[doc = concat!("One on the whole body [", $unit, "].")]
+            #[must_use]
+            pub fn on_whole(whole: Vec3) -> Self {
+                Self {
+                    whole,
+                    ..Self::default()
+                }
+            }
+
+            #[doc = concat!("One at a point [", $unit, "].")]
+            #[must_use]
+            pub fn at(point: SurfacePoint, value: Vec3) -> Self {
+                Self::default().and_at(point, value)
+            }
+
+            #[doc = concat!("With another one at a point [", $unit, "].")]
+            #[must_use]
+            pub fn and_at(mut self, point: SurfacePoint, value: Vec3) -> Self {
+                self.points.push((point, value));
+                self
+            }
+
+            /// Moves the points to the particles of a body that was torn or renewed; those that are gone are
+            /// removed.
+            pub fn follow(&mut self, now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>) {
+                self.points.retain_mut(|(point, _)| {
+                    let moved = now(point);
+                    moved.inspect(|moved| *point = *moved).is_some()
+                });
+            }
         }
-    }
+    };
+}
 
-    /// One at a point [N].
-    #[must_use]
-    pub fn at(point: SurfacePoint, value: Vec3) -> Self {
-        Self::default().and_at(point, value)
-    }
+constructors!(ExternalForce, "N");
+constructors!(ExternalImpulse, "N·s");
 
-    /// With another one at a point [N].
-    #[must_use]
-    pub fn and_at(mut self, point: SurfacePoint, value: Vec3) -> Self {
-        self.points.push((point, value));
-        self
-    }
-
-    /// Moves the points to the particles of a body that was torn or renewed; those that are gone are removed.
-    pub(crate) fn follow(&mut self, now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>) {
-        self.points.retain_mut(|(point, _)| {
-            let moved = now(point);
-            moved.inspect(|moved| *point = *moved).is_some()
-        });
-    }
-
+impl ExternalForce {
     /// Adds the change of velocity in `h` seconds to all particles of a body.
     pub(crate) fn push(&self, part: &mut Part, h: f32) {
         let Part {
@@ -77,11 +112,13 @@ impl ExternalForce {
     }
 }
 
-/// Changes the velocities by an impulse on the whole body and by impulses at points of it [N·s].
-pub fn kick(particles: &mut Particles, whole: Vec3, points: &[(SurfacePoint, Vec3)]) {
-    let changes = changes(&particles.positions, (whole, points), 1.0);
-    for (i, change) in changes.collect::<Vec<_>>() {
-        particles.accelerate(i, change);
+impl ExternalImpulse {
+    /// Changes the velocities of a body, once.
+    pub fn apply(&self, particles: &mut Particles) {
+        let changes = changes(&particles.positions, (self.whole, &self.points), 1.0);
+        for (i, change) in changes.collect::<Vec<_>>() {
+            particles.accelerate(i, change);
+        }
     }
 }
 
