@@ -261,14 +261,17 @@ fn changes(shown: &mut Shown, pixels: &Pixels) -> Frame<'static> {
     let all = 0..pixels.rgb.len() / 3;
     let changed: Vec<usize> = all.filter(|i| is_first || differs(i)).collect();
     let color = |i: &usize| [3 * i, 3 * i + 1, 3 * i + 2].map(|at| pixels.rgb[at]);
+    let places = changed.iter().map(|i| [i % row, i / row]);
+    let bounds = places.fold(None, |bounds, at| {
+        let [low, high] = bounds.unwrap_or([at, at]);
+        Some([
+            [low[0].min(at[0]), low[1].min(at[1])],
+            [high[0].max(at[0]), high[1].max(at[1])],
+        ])
+    });
     // A frame has at least one pixel.
-    let least = |all: &mut dyn Iterator<Item = usize>| all.min().unwrap_or(0);
-    let most = |all: &mut dyn Iterator<Item = usize>| all.max().unwrap_or(0);
-    let (columns, rows) = (|i: &usize| i % row, |i: &usize| i / row);
-    let left = least(&mut changed.iter().map(columns));
-    let top = least(&mut changed.iter().map(rows));
-    let right = most(&mut changed.iter().map(columns)) + 1;
-    let bottom = most(&mut changed.iter().map(rows)) + 1;
+    let [[left, top], [right, bottom]] = bounds.unwrap_or_default();
+    let (right, bottom) = (right + 1, bottom + 1);
     let (mut palette, indices) = palette(&changed.iter().map(color).collect::<Vec<_>>());
     let transparent = (palette.len() / 3) as u8;
     palette.extend([0; 3]);
