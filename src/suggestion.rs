@@ -11,7 +11,7 @@ pub fn similar(unknown: &str, valid: &str) -> String {
     similar_of(unknown, valid.split(", "))
 }
 
-/// As [`similar`], among names that may contain commas.
+/// As [`similar`], among names that may contain commas. Upper and lower case are the same.
 #[must_use]
 pub fn similar_of<'a>(unknown: &str, valid: impl Iterator<Item = &'a str>) -> String {
     let length = unknown.chars().count();
@@ -20,7 +20,8 @@ pub fn similar_of<'a>(unknown: &str, valid: impl Iterator<Item = &'a str>) -> St
     }
     // Typing errors: a wrong, missing, additional or swapped letter in three.
     let max_distance = length.div_ceil(3);
-    let distance = |name: &&str| strsim::damerau_levenshtein(name, unknown);
+    let unknown = unknown.to_lowercase();
+    let distance = |name: &&str| strsim::damerau_levenshtein(&name.to_lowercase(), &unknown);
     // The distance of others is not less than the difference of the lengths, and may take long.
     let is_candidate = |name: &&str| name.chars().count().abs_diff(length) <= max_distance;
     let nearest = valid.take(MOST).filter(is_candidate).min_by_key(distance);
@@ -28,6 +29,21 @@ pub fn similar_of<'a>(unknown: &str, valid: impl Iterator<Item = &'a str>) -> St
         Some(name) => format!(" (did you mean “{}”?)", name.escape_debug()),
         None => String::new(),
     }
+}
+
+/// The message of an error in RON, with the name that an unknown field or variant may mean.
+pub(crate) fn with_similar(error: &ron::Error) -> String {
+    use ron::Error::{NoSuchEnumVariant, NoSuchStructField};
+    let similar = match error {
+        NoSuchStructField {
+            expected, found, ..
+        }
+        | NoSuchEnumVariant {
+            expected, found, ..
+        } => similar_of(found, expected.iter().copied()),
+        _ => String::new(),
+    };
+    format!("{error}{similar}")
 }
 
 #[cfg(test)]
@@ -42,6 +58,7 @@ mod tests {
             ("bnuny", "bunny"),
             ("jellycube", "jelly_cube"),
             ("ballon", "balloon"),
+            ("BUNNY", "bunny"),
         ] {
             let suggestion = similar(unknown, valid);
             assert!(suggestion.contains(expected), "{unknown}: {suggestion}");

@@ -79,13 +79,26 @@ enum Command {
 /// and ends the process if the command line is invalid or asks for help.
 #[must_use]
 pub fn run(own: &OwnEffects) -> ExitCode {
-    match CommandLine::parse().run(own) {
+    let ran = match CommandLine::try_parse() {
+        Ok(line) => line.run(own),
+        // Arguments of a misspelled command are none of the window's.
+        Err(error) => match first_word().filter(|_| error.use_stderr()) {
+            Some(word) => Err(window::unknown_word(&word).unwrap_or_else(|| error.exit())),
+            None => error.exit(),
+        },
+    };
+    match ran {
         Ok(code) => code,
         Err(error) => {
             eprintln!("pliant: {error:#}");
             ExitCode::from(BAD_USAGE)
         }
     }
+}
+
+/// The first argument of the process, as far as it is text.
+fn first_word() -> Option<String> {
+    std::env::args_os().nth(1)?.into_string().ok()
 }
 
 /// The definition of all commands and options, for shell completions and manual pages.

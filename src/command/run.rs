@@ -312,7 +312,10 @@ pub fn in_words(title: &str, run: &Run) -> String {
         .iter()
         .map(|(effect, count)| format!("{count} {effect}"))
         .collect();
-    let verdict = if run.accepted() {
+    let verdict = if run.accepted() && run.criteria == 0 {
+        "accepted, but by no criteria: there are none. The state is finite, and no pin moved"
+            .to_owned()
+    } else if run.accepted() {
         "accepted".to_owned()
     } else if run.stopped {
         format!("stopped before {} s: acceptance not checked", run.seconds)

@@ -74,6 +74,7 @@ fn pictures(folder: &Path, only: &[String]) -> anyhow::Result<ExitCode> {
         return Err(SceneError::Unknown {
             name: name.clone(),
             valid: registry::names(),
+            files: Vec::new(),
         }
         .into());
     }

@@ -12,14 +12,13 @@ use crate::{
     output::{csv, plot},
     recording::{Snapshot, is_snapshot, open_with},
     scene::{
-        Scene,
+        Scene, SceneError, name,
         registry::SCENES,
         run::{RunOptions, run},
     },
     solver::Threads,
-    suggestion::similar,
+    suggestion::similar_of,
 };
-use anyhow::Context;
 use clap::{Args, CommandFactory};
 use std::{
     path::{Path, PathBuf},
@@ -130,7 +129,7 @@ impl Window {
         if let Some(name) = &self.scene
             && !is_snapshot(Path::new(name))
         {
-            let current = Scene::load_with(name, own).with_context(|| no_scene(name))?;
+            let current = Scene::load_with(name, own).map_err(in_context)?;
             build(&current.scene)?;
             return Ok(current.scene.mesh_files());
         } else if let Some(name) = &self.scene {
@@ -174,16 +173,34 @@ impl Window {
     }
 }
 
-/// What an unknown scene may have been instead: a misspelled command.
-fn no_scene(name: &str) -> String {
+/// The error for the first word of a command line that is neither a command nor a scene nor a file.
+pub fn unknown_word(word: &str) -> Option<anyhow::Error> {
+    let mut program = CommandLine::command();
+    program.build();
+    let is_command = program.find_subcommand(word).is_some();
+    let error = name::unknown(word).filter(|_| !is_command && !word.starts_with('-'));
+    error.map(in_context)
+}
+
+/// An error of the scene of the window. An unknown one may be a misspelled command, scene or file.
+fn in_context(error: SceneError) -> anyhow::Error {
+    let SceneError::Unknown { name, valid, files } = &error else {
+        return anyhow::Error::new(error).context("cannot open the scene");
+    };
     let program = CommandLine::command();
     let commands: Vec<&str> = program.get_subcommands().map(|it| it.get_name()).collect();
-    match similar(name, &commands.join(", ")) {
-        similar if similar.is_empty() => {
-            "cannot open the scene (for commands, see `pliant --help`)".to_owned()
-        }
-        similar => format!("no such command or scene{similar}"),
-    }
+    let files = files.iter().map(String::as_str);
+    let all = commands
+        .iter()
+        .copied()
+        .chain(valid.split(", "))
+        .chain(files);
+    anyhow::anyhow!(
+        "no such command, scene or file: “{name}”{}; expected a command ({}; see `pliant --help`), the path of a scene, \
+         snapshot or mesh, or a built-in scene: {valid}",
+        similar_of(name, all),
+        commands.join(", ")
+    )
 }
 
 /// Folder for the output files: in the current folder if possible, otherwise among temporary files.

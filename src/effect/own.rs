@@ -1,6 +1,7 @@
 //! Effects of an app in files: by their names, with their parameters as text.
 
 use super::{Effect, EffectPlugin, EffectPlugins, EffectRegistry, registry::say_missing};
+use crate::suggestion::with_similar;
 use bevy::{ecs::world::DeferredWorld, prelude::*};
 use ron::{Options, error::SpannedError, extensions::Extensions, ser::PrettyConfig};
 use serde::{Serialize, de::DeserializeOwned};
@@ -138,7 +139,7 @@ impl OwnKind {
                     .map_err(|error| OwnEffectError::Syntax {
                         line: error.span.start.line,
                         column: error.span.start.col,
-                        message: error.code.to_string(),
+                        message: with_similar(&error.code),
                     })?;
                 to_readable_text(&effect)
             },

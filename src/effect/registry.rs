@@ -292,14 +292,10 @@ impl EffectInfo {
             .position(|parameter| parameter.name == name)
     }
 
-    /// Names of the parameters, for messages; “none” if there are none.
-    #[must_use]
-    pub fn parameter_names(&self) -> String {
-        if self.parameters.is_empty() {
-            return "none".to_owned();
-        }
-        let names: Vec<_> = self.parameters.iter().map(|p| p.name).collect();
-        names.join(", ")
+    /// The parameters as files and the command line name them, as in `stretch.compliance`.
+    pub fn full_names(&self) -> impl Iterator<Item = String> + '_ {
+        let names = self.parameters.iter().map(|parameter| parameter.name);
+        names.map(|name| format!("{}.{name}", self.name))
     }
 }
 

@@ -58,6 +58,7 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "state_hash": format!("{:016x}", run.state_hash),
         "stopped": run.stopped,
         "accepted": run.accepted(),
+        "criteria": run.criteria,
         "reasons": run.reasons,
         "warnings": warnings(run),
     });

@@ -181,6 +181,7 @@ impl Snapshot {
                 folder: Default::default(),
                 own_effects: self.built.own_effects.clone(),
                 chooses_substeps: false,
+                notes: Vec::new(),
             },
         }
     }

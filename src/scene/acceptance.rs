@@ -67,7 +67,7 @@ pub enum Check {
     Height(f32, f32),
     /// The diagonal of the bounding box is at most this multiple of that at rest.
     Extent(f64),
-    /// Root mean square of edge length over rest length minus 1 is below this.
+    /// Root mean square of edge length over rest length minus 1 is at most this.
     EdgeStrain(f64),
     /// The number of times that a particle was split is in this range.
     Splits(usize, usize),
@@ -84,8 +84,8 @@ pub enum Check {
 }
 
 impl Acceptance {
-    /// Checks that all named bodies exist and the duration is positive.
-    pub(super) fn check_names(&self, world: &World) -> Result<(), SceneError> {
+    /// Checks that the duration is positive, that all named bodies exist, and that the criteria can hold.
+    pub(super) fn check(&self, world: &World) -> Result<(), SceneError> {
         if !self.seconds.is_finite() || self.seconds <= 0.0 || self.seconds > 1e6 {
             return Err(SceneError::Acceptance(format!(
                 "seconds is {}, but must be above 0 and at most 1e6 s",
@@ -93,17 +93,38 @@ impl Acceptance {
             )));
         }
         for check in &self.checks {
-            if let Check::Of(name, _) = check
-                && !world.bodies.iter().any(|body| body.name.starts_with(name))
-            {
+            let Check::Of(name, checks) = check else {
+                check.check()?;
+                continue;
+            };
+            if !world.bodies.iter().any(|body| body.name.starts_with(name)) {
                 let names: Vec<_> = world.bodies.iter().map(|b| b.name.as_str()).collect();
                 return Err(SceneError::Acceptance(format!(
                     "no body has a name that begins with “{name}”; the bodies are: {}",
                     names.join(", ")
                 )));
             }
+            for check in checks {
+                if matches!(check, Check::Of(..) | Check::EnergyBounded(_)) {
+                    return Err(SceneError::Acceptance(format!(
+                        "{} is within Of({name:?}, …), but must stand beside it",
+                        check.in_words()
+                    )));
+                }
+                check.check()?;
+            }
         }
         Ok(())
+    }
+
+    /// Number of checks.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        let count = |check: &Check| match check {
+            Check::Of(_, checks) => checks.len(),
+            _ => 1,
+        };
+        self.checks.iter().map(count).sum()
     }
 
     /// Evaluates the criteria after a run: one sentence for each violation.
@@ -181,6 +202,54 @@ fn energy_rises(history: &[Statistics], fraction: f64) -> Option<String> {
 }
 
 impl Check {
+    /// The check as a scene file has it.
+    fn in_words(&self) -> String {
+        ron::to_string(self).unwrap_or_else(|_| format!("{self:?}"))
+    }
+
+    /// Checks that its numbers are possible.
+    fn check(&self) -> Result<(), SceneError> {
+        // Comparisons with NaN are false.
+        let from_0 = |x: f64| x >= 0.0 && x.is_finite();
+        let (is_possible, expected) = match *self {
+            Self::Of(..) | Self::NoInverted | Self::Asleep => return Ok(()),
+            Self::Volume(x)
+            | Self::VolumeLost(x)
+            | Self::Shape(x)
+            | Self::ShapeLost(x)
+            | Self::EdgeStrain(x)
+            | Self::EnergyBounded(x) => (from_0(x), "a finite number from 0"),
+            Self::SpeedBelow(x) | Self::Extent(x) => {
+                (from_0(x) && x > 0.0, "a finite number above 0")
+            }
+            Self::Above(y) | Self::ReachesBelow(y) => (y.is_finite(), "a finite height [m]"),
+            Self::Middle { place, within } => (
+                place.is_finite() && from_0(within.into()),
+                "a finite place [m], and a finite distance from 0 [m]",
+            ),
+            Self::AwayFrom(point, distance) => (
+                point.is_finite() && from_0(distance.into()),
+                "a finite point [m], and a finite distance from 0 [m]",
+            ),
+            Self::Height(least, most) => (
+                from_0(least.into()) && from_0(most.into()) && least <= most,
+                "two finite heights from 0 [m], the lower one first",
+            ),
+            Self::Splits(least, most)
+            | Self::Particles(least, most)
+            | Self::Bodies(least, most) => {
+                (least <= most, "two whole numbers, the smaller one first")
+            }
+        };
+        match is_possible {
+            true => Ok(()),
+            false => Err(SceneError::Acceptance(format!(
+                "{} cannot hold or says nothing; expected {expected}",
+                self.in_words()
+            ))),
+        }
+    }
+
     /// The violation by the number of bodies, in a sentence; `None` if the criterion holds.
     fn counts(&self, found: usize) -> Option<String> {
         match *self {

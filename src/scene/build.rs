@@ -78,7 +78,7 @@ impl Scene {
             places: None,
             camera: self.camera,
             frame: self.frame,
-            notes: Vec::new(),
+            notes: self.notes.clone(),
             own: Vec::new(),
             own_effects: self.own_effects.clone(),
         };
@@ -111,7 +111,7 @@ impl Scene {
             self.choose_substeps(&mut built);
         }
         self.check_view()?;
-        self.acceptance.check_names(&built.world)?;
+        self.acceptance.check(&built.world)?;
         self.check_answers(&built.world)?;
         built.notes.extend(collider_notes(&built.world));
         built.notes.extend(overlap_note(&built.world));

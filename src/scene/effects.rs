@@ -6,7 +6,7 @@ use crate::{
         own::{options, to_text},
     },
     solver::{self, Effects},
-    suggestion::similar_of,
+    suggestion::{similar_of, with_similar},
 };
 use ron::{de::Deserializer as Ron, extensions::Extensions, value::RawValue};
 use serde::{
@@ -288,7 +288,7 @@ pub(super) fn read<T: de::DeserializeOwned>(known: &OwnEffects, text: &str) -> R
         Some(inner) => inner.place(text),
         None => {
             let start = error.span.start;
-            (start.line, start.col, error.code.to_string())
+            (start.line, start.col, with_similar(&error.code))
         }
     })
 }

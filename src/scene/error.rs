@@ -12,15 +12,14 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum SceneError {
     /// Neither a built-in scene nor a file.
-    #[error(
-        "unknown scene “{name}”{}: expected the path of a scene file, or a built-in scene: {valid}",
-        similar(.name, .valid)
-    )]
+    #[error("{}", unknown(.name, .valid, .files))]
     Unknown {
         /// The requested name.
         name: String,
         /// Names of the built-in scenes.
         valid: String,
+        /// Paths of the scenes, snapshots and meshes in the folder where it was looked for.
+        files: Vec<String>,
     },
     /// The file cannot be read.
     #[error("{path}: {error}")]
@@ -116,6 +115,18 @@ pub enum ColliderError {
     /// Its mesh is not a surface.
     #[error("{0}: use a body of triangles or tetrahedra")]
     Surface(#[from] ColliderMeshError),
+}
+
+/// The message about an unknown scene or file.
+fn unknown(name: &str, valid: &str, files: &[String]) -> String {
+    let files = files.iter().map(String::as_str);
+    let similar = similar_of(name, valid.split(", ").chain(files));
+    match name.contains(['/', '\\', '.']) {
+        true => format!("{name}: no such file{similar}"),
+        false => format!(
+            "unknown scene “{name}”{similar}: expected the path of a scene file, or a built-in scene: {valid}"
+        ),
+    }
 }
 
 /// The name that an unknown name of a part may mean.

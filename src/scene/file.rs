@@ -2,7 +2,7 @@
 //! errors have a line and column.
 
 use super::{
-    Acceptance, Answer, SceneEffects, SceneError, effects, groups, mesh_file::is_mesh, registry,
+    Acceptance, Answer, SceneEffects, SceneError, effects, groups, name, registry,
     spawn::CurrentScene, substeps,
 };
 use crate::{
@@ -70,6 +70,9 @@ pub struct Scene {
     /// none, and no cells for a mesh that is filled.
     #[serde(skip)]
     pub chooses_substeps: bool,
+    /// What [`of_mesh`](Self::of_mesh) chose for a mesh, as notes of what is built; not in the file.
+    #[serde(skip)]
+    pub notes: Vec<String>,
 }
 
 /// A soft body, or a grid of copies.
@@ -447,8 +450,11 @@ impl Scene {
                 scene: Self::parse_with(&format!("{name}.ron"), builtin.text, own)?,
             });
         }
+        if let Some(unknown) = name::unknown(name) {
+            return Err(unknown);
+        }
         let path = PathBuf::from(name);
-        if is_mesh(&path) {
+        if name::is_mesh(&path) {
             return Ok(CurrentScene {
                 name: name.to_owned(),
                 scene: Self {
@@ -459,18 +465,10 @@ impl Scene {
             });
         }
         let text = std::fs::read_to_string(&path).map_err(|error| {
-            let looks_like_a_path = name.contains(['/', '\\', '.']);
-            if error.kind() == std::io::ErrorKind::NotFound && !looks_like_a_path {
-                SceneError::Unknown {
-                    name: name.to_owned(),
-                    valid: registry::names(),
-                }
-            } else {
-                let path = path.clone();
-                match error.kind() {
-                    std::io::ErrorKind::InvalidData => other_kind(path),
-                    _ => SceneError::Unreadable { path, error },
-                }
+            let path = path.clone();
+            match error.kind() {
+                std::io::ErrorKind::InvalidData => other_kind(path),
+                _ => SceneError::Unreadable { path, error },
             }
         })?;
         // Each scene has them.

@@ -33,36 +33,45 @@ const CLEARANCE: f32 = 0.15;
 /// Simulated time of a run without a window [s].
 const SECONDS: f64 = 5.0;
 
-/// Whether a file is a mesh, by the ending of its name.
-#[must_use]
-pub fn is_mesh(path: &Path) -> bool {
-    let ending = path.extension().map(|it| it.to_ascii_lowercase());
-    ending.is_some_and(|ending| read::ENDINGS.iter().any(|other| ending == *other))
+/// A mesh file that is prepared for simulation.
+#[derive(Debug)]
+pub struct Fitted {
+    /// The body.
+    pub soft: SoftMesh,
+    /// The options that worked.
+    pub options: BuildOptions,
+    /// What was chosen for the mesh: a size, or that it is a cloth.
+    pub notes: Vec<String>,
 }
 
-/// The size to which a mesh is scaled [m]: `None` if its own is plausible in meters.
-#[must_use]
-pub fn size(mesh: &FileMesh) -> Option<f32> {
+/// The longest side of a mesh [m], if it is not plausible in meters.
+fn implausible(mesh: &FileMesh) -> Option<f64> {
     let vertices = mesh.vertices();
     let low = vertices.iter().copied().reduce(|a, b| a.min(b));
     let high = vertices.iter().copied().reduce(|a, b| a.max(b));
     let extent = low
         .zip(high)
         .map_or(0.0, |(low, high)| (high - low).max_element());
-    (!PLAUSIBLE_SIZES.contains(&extent)).then_some(DEFAULT_SIZE)
+    (!PLAUSIBLE_SIZES.contains(&extent)).then_some(extent)
 }
 
-/// Prepares a mesh for simulation: fills a closed surface with `cells` along its longest side, by
-/// default few enough to step the body in real time; an open surface becomes a cloth. Returns the
-/// options that worked. May take seconds.
+/// Prepares a mesh for simulation, of this `size` [m], by default its own or, if that is not plausible,
+/// [`DEFAULT_SIZE`]: fills a closed surface with `cells` along its longest side, by default few enough to
+/// step the body in real time; an open surface becomes a cloth. May take seconds.
 ///
 /// # Errors
 /// Why the surface cannot be filled, if it cannot be a cloth either.
-pub fn fit(
-    mesh: FileMesh,
-    size: Option<f32>,
-    cells: Option<u32>,
-) -> Result<(SoftMesh, BuildOptions), MeshError> {
+pub fn fit(mesh: FileMesh, size: Option<f32>, cells: Option<u32>) -> Result<Fitted, MeshError> {
+    let mut notes = Vec::new();
+    let scaled = implausible(&mesh).filter(|_| size.is_none());
+    if let Some(own) = scaled {
+        let ((low, high), own) = (PLAUSIBLE_SIZES.into_inner(), own as f32);
+        notes.push(format!(
+            "scaled from {own} m to {DEFAULT_SIZE} m, as its own size is not from {low} to {high} m; a scene \
+             file with this mesh and no `size` keeps it"
+        ));
+    }
+    let size = size.or(scaled.map(|_| DEFAULT_SIZE));
     let try_with = |mesh: FileMesh, cells, treatment| {
         let options = BuildOptions {
             size,
@@ -79,13 +88,17 @@ pub fn fit(
         // Parts finer than these cells may need others.
         filled = try_with(spare, None, Treatment::Fill);
     }
-    filled.or_else(|error| {
-        let shell = try_with(cloth, None, Treatment::Shell);
-        let Ok((mut soft, options)) = shell else {
+    let (soft, options) = filled.or_else(|error| {
+        let Ok(shell) = try_with(cloth, None, Treatment::Shell) else {
             return Err(error);
         };
-        soft.notes.push(format!("imported as cloth: {error}"));
-        Ok((soft, options))
+        notes.push(format!("imported as cloth: {error}"));
+        Ok(shell)
+    })?;
+    Ok(Fitted {
+        soft,
+        options,
+        notes,
     })
 }
 
@@ -124,16 +137,13 @@ pub fn material(topology: &Topology) -> (Density, SceneEffects) {
     (Density::new(density).unwrap_or_default(), effects)
 }
 
-/// What to look at: the file, and how it was changed.
+/// What to look at: the file, and what it became.
 fn look_at(file: &str, options: &BuildOptions) -> String {
     let kind = match options.treatment {
         Treatment::Shell => "cloth, as its surface is not closed",
         _ => "soft body",
     };
-    let scaled = options.size.map_or_else(String::new, |size| {
-        format!(" It is scaled to {size} m, as its own size is implausible in meters.")
-    });
-    format!("The mesh {file} as a {kind}.{scaled}")
+    format!("The mesh {file} as a {kind}.")
 }
 
 impl Scene {
@@ -151,8 +161,11 @@ impl Scene {
             error,
         };
         let mesh = read::file(path).map_err(failed)?;
-        let size = size(&mesh);
-        let (soft, options) = fit(mesh, size, None).map_err(failed)?;
+        let Fitted {
+            soft,
+            options,
+            notes,
+        } = fit(mesh, None, None).map_err(failed)?;
         let topology = Topology::new(soft.shape).map_err(|error| SceneError::Topology {
             body: body.clone(),
             error,
@@ -192,7 +205,9 @@ impl Scene {
             copies: None,
             color: None,
         };
+        let notes = notes.into_iter().map(|note| format!("{body}: {note}"));
         Ok(Self {
+            notes: notes.collect(),
             title: body,
             look_at: look_at(&file, &options),
             world: Settings::default(),

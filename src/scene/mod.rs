@@ -18,7 +18,7 @@
 //!     acceptance: (seconds: 2.0, checks: [NoInverted, Above(-1e-6)]),
 //! )"#;
 //! let scene: pliant::scene::Scene = text.parse()?;
-//! let verdict = pliant::scene::run::run(&scene.build()?, &Default::default(), |_| ())?;
+//! let verdict = pliant::scene::run::run(&scene.build()?, &scene.run_options(), |_| ())?;
 //! assert!(verdict.accepted(), "{:?}", verdict.reasons);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -34,6 +34,7 @@ mod file;
 mod groups;
 mod material;
 pub mod mesh_file;
+pub(crate) mod name;
 mod overlap_note;
 pub mod overrides;
 mod parameters;

@@ -1,8 +1,8 @@
 //! `--set name=value`: overrides world settings and effect parameters from the command line.
 
-use crate::effect::EffectRegistry;
+use crate::effect::{EffectInfo, EffectRegistry};
 use crate::simulation::{Action, ActionError, SETTINGS, plain::bodies_in_order};
-use crate::suggestion::similar;
+use crate::suggestion::similar_of;
 use bevy::prelude::*;
 use std::str::FromStr;
 
@@ -35,7 +35,7 @@ pub enum OverrideError {
     /// The name is neither a setting nor an effect.
     #[error(
         "unknown parameter “{name}”{}; expected one of the settings {settings}, or a parameter of one of the effects {effects}, as in stretch.compliance=1e-5",
-        similar(.name, .settings)
+        similar_of(.name, .names.iter().map(String::as_str))
     )]
     Unknown {
         /// Name of the override.
@@ -44,6 +44,8 @@ pub enum OverrideError {
         settings: String,
         /// Valid effects.
         effects: String,
+        /// Settings, and the parameters of all effects, as in `stretch.compliance`.
+        names: Vec<String>,
     },
     /// No body carries the effect.
     #[error("cannot set {name}: no body of this scene carries {effect}; the scene has {present}")]
@@ -88,17 +90,28 @@ impl Override {
             return self.apply_to_bodies(world, effect, parameter);
         }
         if !SETTINGS.iter().any(|(name, ..)| *name == self.name) {
-            return Err(OverrideError::Unknown {
-                name: self.name.clone(),
-                settings: SETTINGS.map(|(name, ..)| name).join(", "),
-                effects: world.resource::<EffectRegistry>().names(),
-            });
+            return Err(self.unknown(world.resource::<EffectRegistry>()));
         }
         let action = Action::SetSetting {
             name: self.name.clone(),
             value: self.value,
         };
         Ok(action.perform(world)?)
+    }
+
+    fn unknown(&self, registry: &EffectRegistry) -> OverrideError {
+        let settings = SETTINGS.map(|(name, ..)| name);
+        let parameters = registry.iter().flat_map(EffectInfo::full_names);
+        OverrideError::Unknown {
+            name: self.name.clone(),
+            settings: settings.join(", "),
+            effects: registry.names(),
+            names: settings
+                .map(str::to_owned)
+                .into_iter()
+                .chain(parameters)
+                .collect(),
+        }
     }
 
     fn apply_to_bodies(
@@ -109,11 +122,7 @@ impl Override {
     ) -> Result<(), OverrideError> {
         let registry = world.resource::<EffectRegistry>();
         let Some(info) = registry.get(effect) else {
-            return Err(OverrideError::Unknown {
-                name: self.name.clone(),
-                settings: SETTINGS.map(|(name, ..)| name).join(", "),
-                effects: registry.names(),
-            });
+            return Err(self.unknown(registry));
         };
         let present = info.present;
         let carriers: Vec<Entity> = bodies_in_order(world)

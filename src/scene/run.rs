@@ -60,6 +60,9 @@ pub struct Run {
     pub history: Vec<Statistics>,
     /// Real time of each tick.
     pub times: Vec<TickTimes>,
+    /// Number of acceptance criteria of the scene that were judged. Without any, only that the state is
+    /// finite, that pins did not move and that no surfaces cross.
+    pub criteria: usize,
     /// Violated criteria, in one sentence each.
     pub reasons: Vec<String>,
     /// Names of the systems of a substep, in order.
@@ -225,6 +228,7 @@ pub fn run_in(
     };
     let judged = acceptance.filter(|_| !stopped).unwrap_or(&nothing);
     Run {
+        criteria: judged.count(),
         reasons: judged.judge(&start, &end, &history),
         stopped,
         history,

@@ -128,6 +128,7 @@ impl Definition {
             folder: folder.to_owned(),
             own_effects: now.own_effects.clone(),
             chooses_substeps: false,
+            notes: Vec::new(),
             ..self.scene.clone()
         };
         scene.colliders = self.colliders_of(now, &mut reasons);

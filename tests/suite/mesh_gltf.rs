@@ -198,7 +198,21 @@ fn gltf_errors_name_the_mesh_and_the_primitive() {
             "node 0",
             "a tree",
         ),
-        (with(r#""mesh":0,"#, "").into(), "the scene", "no triangles"),
+        (
+            with(r#""mesh":0,"#, "").into(),
+            "the scene",
+            "no triangles: no node of it shows a mesh, of 1 in the file",
+        ),
+        (
+            with(r#""indices":1"#, r#""indices":1,"mode":0"#).into(),
+            "the scene",
+            "no triangles: only points or lines, in 1 of its primitives",
+        ),
+        (
+            br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"name":"Camera"}]}"#.to_vec(),
+            "the scene",
+            "no triangles: the file has no meshes",
+        ),
         (
             with(
                 r#"{"asset""#,

@@ -101,7 +101,21 @@ fn obj_errors_point_at_the_word() {
         &[
             ("", 1, &["an empty file"]),
             (" \n\n", 1, &["an empty file"]),
-            ("v 0 0 0\n", 1, &["the end of the file", "a face"]),
+            (
+                "v 0 0 0\n",
+                1,
+                &["the end of the file", "1 vertex, and neither"],
+            ),
+            (
+                "# star\nmtllib star.mtl\no star\n",
+                3,
+                &["a face (f", "a line (l", "no vertices (v)"],
+            ),
+            (
+                &format!("{t}p 1\np 2\n"),
+                5,
+                &["3 vertices, and neither", "2 of points, curves or patches"],
+            ),
             ("v 0 0\nv 1 0 0\n", 2, &["'v'", "the z coordinate"]),
             ("v 0 zero 0\n", 1, &["'zero'", "the y coordinate", "finite"]),
             ("\nv 0 nan 0\n", 2, &["'nan'", "finite"]),

@@ -69,6 +69,7 @@ fn run_prints_one_object_with_all_figures() {
         "state_hash",
         "stopped",
         "accepted",
+        "criteria",
         "reasons",
     ] {
         assert!(object.get(key).is_some(), "{key} is missing: {object:#}");
@@ -223,6 +224,33 @@ fn a_failed_acceptance_is_exit_code_1_with_the_reason() {
     std::fs::remove_dir_all(folder).expect("it was made here");
 }
 
+/// A run without criteria, of a mesh, a snapshot or a scene, does not pass for one that met some.
+#[test]
+fn a_run_without_criteria_says_so() {
+    let folder = folder("without");
+    let [scene, mesh, snapshot] = files(&folder);
+    let run = |arguments: &[&str]| {
+        let output = pliant(&[&["run"], arguments, &["--seconds", "0.1"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        stdout(&output)
+    };
+    for file in [&scene, &mesh, &snapshot] {
+        let said = run(&[file]);
+        assert!(said.contains("by no criteria: there are none"), "{said}");
+        let object: Value = serde_json::from_str(&run(&[file, "--json"])).expect("JSON");
+        assert_eq!(object["accepted"], true);
+        assert_eq!(object["criteria"], 0);
+    }
+    let with = std::fs::read_to_string(&scene).expect("it is there");
+    let with = with.replace("(seconds: 0.1)", "(seconds: 0.1, checks: [NoInverted])");
+    std::fs::write(&scene, with).expect("written");
+    let said = run(&[&scene]);
+    assert!(said.trim_end().ends_with(", accepted"), "{said}");
+    let object: Value = serde_json::from_str(&run(&[&scene, "--json"])).expect("JSON");
+    assert_eq!(object["criteria"], 1);
+    std::fs::remove_dir_all(folder).expect("it was made here");
+}
+
 #[test]
 fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
     for (arguments, words) in [
@@ -239,7 +267,11 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
         ),
         (
             &["run", "jelly_cube", "--set", "stretch.foo=1"],
-            &["stretch.foo", "compliance"],
+            &["stretch.foo", "stretch.compliance"],
+        ),
+        (
+            &["run", "jelly_cube", "--set", "Stretch.complience=1"],
+            &["(did you mean “stretch.compliance”?)"],
         ),
         (
             &["run", "jelly_cube", "--set", "collide.friction=1"],
@@ -270,7 +302,30 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
             &["run", "jelly_cube", "--seconds", "-1"],
             &["-1", "above 0"],
         ),
-        (&["run", "./missing.ron"], &["missing.ron", "No such file"]),
+        (&["run", "./missing.ron"], &["missing.ron", "no such file"]),
+        (
+            &["run", "assets/meshes/dragn.obj"],
+            &["(did you mean “assets/meshes/dragon.obj”?)"],
+        ),
+        // A misspelled command, with what would follow it.
+        (
+            &["rnu", "star.obj"],
+            &["“rnu” (did you mean “run”?)", "pliant --help"],
+        ),
+        (
+            &["rnu", "bunny", "--seconds", "3"],
+            &["“rnu” (did you mean “run”?)"],
+        ),
+        (&["Torture", "--quick"], &["(did you mean “torture”?)"]),
+        (&["buny"], &["“buny” (did you mean “bunny”?)"]),
+        (
+            &["assets/meshes/dragn.obj"],
+            &["(did you mean “assets/meshes/dragon.obj”?)"],
+        ),
+        // What is known is not suspected.
+        (&["bunny", "star.obj"], &["unexpected argument 'star.obj'"]),
+        (&["run", "bunny", "--foo"], &["unexpected argument '--foo'"]),
+        (&["help", "rnu"], &["unrecognized subcommand 'rnu'"]),
         (
             &["run", "jelly_cube", "--csv", "no/such/folder/x.csv"],
             &["no/such/folder"],

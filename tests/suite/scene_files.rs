@@ -109,7 +109,24 @@ fn every_scene_written_and_read_again_is_the_same_scene() {
 fn a_word_that_is_not_known_is_named_with_its_place_and_the_valid_ones() {
     says(
         &complaint("name: \"b\"", "nmae: \"b\""),
-        &["my.ron:6:", "`nmae`", "`name`, `primitive`, `mesh`"],
+        &[
+            "my.ron:6:",
+            "`nmae`",
+            "`name`, `primitive`, `mesh`",
+            "(did you mean “name”?)",
+        ],
+    );
+    says(
+        &complaint("compliance:", "complience:"),
+        &["my.ron:9:", "(did you mean “compliance”?)"],
+    );
+    says(
+        &complaint("stretch: (compliance:", "Stretch: (Compliance:"),
+        &["my.ron:9:", "`Stretch`", "(did you mean “stretch”?)"],
+    );
+    says(
+        &complaint("Sphere(", "Spere("),
+        &["my.ron:12:", "(did you mean “Sphere”?)"],
     );
     says(
         &complaint("stretch:", "strech:"),
@@ -303,12 +320,93 @@ fn invalid_colliders_and_acceptances_are_refused() {
     );
 }
 
+/// Of each kind of check, with a number that no run can meet, or that every run meets.
+#[test]
+fn a_check_with_an_impossible_number_is_refused_with_what_is_allowed() {
+    let refused = |check: &str, expected: &str| {
+        let [alone, within] = [check.to_owned(), format!("Of(\"b\", [{check}])")];
+        for check in [alone, within] {
+            let said = complaint("NoInverted", &check);
+            says(&said, &["acceptance: ", "expected ", expected]);
+        }
+    };
+    for value in ["-1", "-1e-9", "NaN", "inf", "-inf"] {
+        for check in ["Volume", "VolumeLost", "Shape", "ShapeLost", "EdgeStrain"] {
+            refused(&format!("{check}({value})"), "a finite number from 0");
+        }
+        for check in ["SpeedBelow", "Extent"] {
+            refused(&format!("{check}({value})"), "a finite number above 0");
+        }
+        for check in [
+            format!("Middle(place: (0, 0, 0), within: {value})"),
+            format!("AwayFrom((0, 0, 0), {value})"),
+        ] {
+            refused(&check, "a finite distance from 0 [m]");
+        }
+        for check in [format!("Height({value}, 1)"), format!("Height(0, {value})")] {
+            refused(&check, "two finite heights from 0 [m], the lower one first");
+        }
+        let energy = complaint("NoInverted", &format!("EnergyBounded({value})"));
+        says(&energy, &["EnergyBounded(", "a finite number from 0"]);
+    }
+    for value in ["NaN", "inf"] {
+        refused(&format!("Above({value})"), "a finite height [m]");
+        refused(&format!("ReachesBelow({value})"), "a finite height [m]");
+        refused(
+            &format!("Middle(place: (0, {value}, 0), within: 1)"),
+            "a finite place [m]",
+        );
+        refused(
+            &format!("AwayFrom(({value}, 0, 0), 1)"),
+            "a finite point [m]",
+        );
+    }
+    for check in ["SpeedBelow(0)", "Extent(0)"] {
+        refused(check, "a finite number above 0");
+    }
+    refused("Height(2, 1)", "the lower one first");
+    for check in ["Splits", "Particles", "Bodies"] {
+        refused(&format!("{check}(2, 1)"), "the smaller one first");
+    }
+    for check in ["EnergyBounded(0.1)", "Of(\"b\", [NoInverted])"] {
+        let said = complaint("NoInverted", &format!("Of(\"b\", [{check}])"));
+        says(&said, &["is within Of(\"b\", …)", "must stand beside it"]);
+    }
+    // The limits of what is possible.
+    let limits = "Volume(0), VolumeLost(0), Shape(0), ShapeLost(0), SpeedBelow(1e-30), Above(-1e6), \
+        ReachesBelow(1e6), Middle(place: (0, 0, 0), within: 0), Height(1, 1), Extent(1e-30), EdgeStrain(0), \
+        Splits(0, 0), Particles(0, 0), Bodies(1, 1), AwayFrom((0, 0, 0), 0), EnergyBounded(0)";
+    let scene: Scene = SOUND.replace("NoInverted", limits).parse().expect("sound");
+    assert_eq!(scene.acceptance.count(), 16);
+    scene.build().expect("sound");
+}
+
 #[test]
 fn a_name_that_is_no_scene_is_answered_with_the_names_that_are() {
     let error = Scene::load("jely_cube").expect_err("there is no such scene");
     says(&error.to_string(), &["jely_cube", "jelly_cube", "bunny"]);
     let error = Scene::load("no/such/file.ron").expect_err("there is no such file");
-    says(&error.to_string(), &["no/such/file.ron"]);
+    says(&error.to_string(), &["no/such/file.ron: no such file"]);
+}
+
+#[test]
+fn a_missing_file_is_answered_with_a_similar_one_beside_it() {
+    let folder = std::env::temp_dir().join(format!("pliant-beside-{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a folder for temporary files");
+    for name in ["star.obj", "other.ron", "stir.txt"] {
+        fs::write(folder.join(name), "").expect("it can be written");
+    }
+    let path = |name: &str| folder.join(name).display().to_string();
+    for (wanted, similar) in [
+        ("sta.obj", "star.obj"),
+        ("Star.OBJ", "star.obj"),
+        ("othr.ron", "other.ron"),
+    ] {
+        let error = Scene::load(&path(wanted)).expect_err("it does not exist");
+        let suggestion = format!("(did you mean “{}”?)", path(similar));
+        says(&error.to_string(), &["no such file", &suggestion]);
+    }
+    fs::remove_dir_all(&folder).expect("it was made here");
 }
 
 /// Notes name the body or collider, what is unusual, and what to do; a usual scene has none.
@@ -424,8 +522,20 @@ fn a_mesh_file_is_a_scene_with_one_soft_body_above_the_ground() {
             "{}",
             current.scene.look_at
         );
-        assert_eq!(current.scene.look_at.contains("scaled to 0.6 m"), !is_solid);
         let built = current.scene.build().expect("it can be built");
+        let notes = built.notes.join("\n");
+        for said in [
+            "square: scaled from 100 m to 0.6 m",
+            "not from 0.05 to 5 m",
+            "no `size` keeps it",
+            "imported as cloth",
+        ] {
+            assert_eq!(
+                notes.matches(said).count(),
+                usize::from(!is_solid),
+                "{notes}"
+            );
+        }
         let [body] = &built.world.bodies[..] else {
             panic!("one body");
         };

@@ -92,10 +92,17 @@ fn an_invalid_override_is_named_with_the_valid_words() {
         ],
     );
     refused("strech.compliance=1", &["strech", "stretch", "volume"]);
-    refused(
-        "stretch.complience=1",
-        &["complience", "compliance", "damping"],
-    );
+    for word in [
+        "stretch.complience",
+        "Stretch.compliance",
+        "Stretch.complience",
+        "STRETCH.COMPLIANCE",
+    ] {
+        let suggestion = format!("“{word}” (did you mean “stretch.compliance”?)");
+        refused(&format!("{word}=1"), &[&suggestion]);
+    }
+    refused("Substeps=20", &["(did you mean “substeps”?)"]);
+    refused("stretch.complience=1", &["stretch.damping"]);
     refused(
         "sticky_ground.height=1",
         &["sticky_ground", "no body", "stretch, volume, ground"],

@@ -267,7 +267,10 @@ fn set_parameter(
         .ok_or_else(|| ActionError::Unknown {
             kind: "parameter",
             name: format!("{effect}.{parameter}"),
-            valid: info.parameter_names(),
+            valid: match info.parameters.is_empty() {
+                true => "none".to_owned(),
+                false => info.full_names().collect::<Vec<_>>().join(", "),
+            },
         })?;
     let (get, set, try_out) = (info.get, info.set, info.try_out);
     let fitness = Fitness::of(world);

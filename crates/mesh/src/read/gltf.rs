@@ -42,7 +42,11 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<Parts, MeshErro
     reader.document(&document)?;
     let (mut surface, parts) = (reader.surface, reader.parts);
     if surface.triangles.is_empty() {
-        let problem = "has no triangles; expected a mesh of triangles in the scene";
+        let problem = missing(
+            document.meshes().len(),
+            reader.other_primitives,
+            surface.vertices.is_empty(),
+        );
         return Err(content(file, "the scene", problem));
     }
     surface.notes.clone_from(&notes);
@@ -62,6 +66,18 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<Parts, MeshErro
             problem: None,
         }),
     })
+}
+
+/// What a scene without triangles lacks: the meshes of the file, those of points or lines that it shows, and
+/// whether it shows none of triangles.
+fn missing(meshes: usize, other_primitives: usize, is_empty: bool) -> String {
+    let why = match (meshes, other_primitives) {
+        (0, _) => "the file has no meshes; export them with it".to_owned(),
+        (_, 0) if is_empty => format!("no node of it shows a mesh, of {meshes} in the file"),
+        (_, 0) => "its meshes have none".to_owned(),
+        (_, others) => format!("only points or lines, in {others} of its primitives"),
+    };
+    format!("has no triangles: {why}")
 }
 
 /// Note about what is ignored.

@@ -11,7 +11,7 @@ use super::{
     parts::{Counts, Label, Named, Part, Parts},
     text::{Word, Words, decode},
 };
-use crate::{CurveMesh, FileMesh, MeshError, SurfaceMesh};
+use crate::{CurveMesh, FileMesh, MeshError, SurfaceMesh, clean::counted};
 
 /// Note about what is ignored.
 const IGNORED: &str = "points, lines, curves or patches ignored";
@@ -75,7 +75,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
     };
     let has_faces = !surface.triangles.is_empty();
     if !has_faces && segments.is_empty() {
-        return Err(end.wrong("a face or a line: f with three vertices or more, or l with two"));
+        return Err(end.wrong(missing(surface.vertices.len(), other_elements)));
     }
     if has_faces {
         other_elements += curves;
@@ -105,6 +105,21 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
             problem: None,
         }),
     })
+}
+
+/// What a file without geometry lacks.
+fn missing(vertices: usize, other_elements: usize) -> String {
+    let vertices = match vertices {
+        0 => "no vertices (v)".to_owned(),
+        _ => counted(vertices, "vertex", "vertices"),
+    };
+    let others = match other_elements {
+        0 => String::new(),
+        _ => format!(", only {other_elements} of points, curves or patches, which are not read"),
+    };
+    format!(
+        "a face (f with three vertices or more) or a line (l with two): the file has {vertices}, and neither{others}"
+    )
 }
 
 /// Ends a part.

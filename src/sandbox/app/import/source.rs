@@ -7,7 +7,11 @@ use bevy::prelude::*;
 use crate::{
     mesh::{MeshError, Primitive, SoftMesh, read},
     sandbox::{panel::Addition, ui::message::capitalised},
-    scene::{MeshSpec, PartBounds, asset, mesh_file, save::MeshSource},
+    scene::{
+        MeshSpec, PartBounds, asset,
+        mesh_file::{self, Fitted},
+        save::MeshSource,
+    },
 };
 
 /// Fineness of a mesh.
@@ -63,13 +67,14 @@ impl Source {
                 return Ok((primitive.build()?, source));
             }
             &Self::Asset(name, size, detail) => (asset::load(name)?, Some(size), detail),
-            Self::File(path) => {
-                let mesh = read::file(path)?;
-                let size = mesh_file::size(&mesh);
-                (mesh, size, Detail::Normal)
-            }
+            Self::File(path) => (read::file(path)?, None, Detail::Normal),
         };
-        let (mut soft, options) = mesh_file::fit(mesh, size, detail.cells())?;
+        let Fitted {
+            mut soft,
+            options,
+            notes,
+        } = mesh_file::fit(mesh, size, detail.cells())?;
+        soft.notes.extend(notes);
         let source = MeshSource::File(MeshSpec {
             file: self.file(),
             part: None,
@@ -78,12 +83,6 @@ impl Source {
             cells: options.cells,
             treatment: options.treatment,
         });
-        if let (Some(size), Self::File(_)) = (size, self) {
-            let (low, high) = mesh_file::PLAUSIBLE_SIZES.into_inner();
-            soft.notes.push(format!(
-                "scaled to {size} m: its size is not between {low} and {high} m"
-            ));
-        }
         Ok((soft, source))
     }
 
