@@ -6,12 +6,24 @@
 use super::{Effect, Grabs};
 use crate::{
     simulation::{EffectSystems, Quarantined, SoftBody, StepSchedule, plan::ExternalImpulses},
-    solver::{Particles, SurfacePoint, advance::Stage},
+    solver::{ExternalForce, ExternalImpulse, Particles, SurfacePoint, advance::Stage},
 };
 use bevy::prelude::*;
 
-/// # In an app
-///
+/// Moves the points of grabs and impulses to the particles of a body that was torn or
+/// renewed; those that are gone are removed.
+pub(crate) fn follow_points(
+    body: &mut EntityWorldMut,
+    now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
+) {
+    if let Some(mut grabs) = body.get_mut::<Grabs>() {
+        grabs.bypass_change_detection().follow(&now);
+    }
+    if let Some(mut impulse) = body.get_mut::<ExternalImpulse>() {
+        impulse.bypass_change_detection().follow(now);
+    }
+}
+
 /// A component, until it is changed or removed. Scene files, snapshots and recordings do not contain it.
 ///
 /// ```
@@ -31,11 +43,15 @@ use bevy::prelude::*;
 /// let speed = measure::momentum(particles).x / 64.0;
 /// assert!((speed - 0.5).abs() < 1e-4, "m/s after a second");
 /// ```
-#[doc(inline)]
-pub use crate::solver::ExternalForce;
+impl Effect for ExternalForce {
+    const NAME: &'static str = "external_force";
+    const TITLE: &'static str = "External force";
+    const SUMMARY: &'static str = "A force of the app on the body.";
+    const HAS_OWN_ORDER: bool = true;
+    const STAGES: &'static [Stage] = &[Stage::External];
+    type State = ();
+}
 
-/// # In an app
-///
 /// A component, which the next tick applies and removes. It wakes a body that sleeps. Insert it again for
 /// another one; one that is replaced before a tick is lost. Scene files, snapshots and recordings do not
 /// contain it.
@@ -56,32 +72,6 @@ pub use crate::solver::ExternalForce;
 /// assert!((speed - 1.0).abs() < 1e-4, "m/s after a tick");
 /// assert!(!app.world().entity(block).contains::<ExternalImpulse>());
 /// ```
-#[doc(inline)]
-pub use crate::solver::ExternalImpulse;
-
-/// Moves the points of grabs and impulses to the particles of a body that was torn or
-/// renewed; those that are gone are removed.
-pub(crate) fn follow_points(
-    body: &mut EntityWorldMut,
-    now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
-) {
-    if let Some(mut grabs) = body.get_mut::<Grabs>() {
-        grabs.bypass_change_detection().follow(&now);
-    }
-    if let Some(mut impulse) = body.get_mut::<ExternalImpulse>() {
-        impulse.bypass_change_detection().follow(now);
-    }
-}
-
-impl Effect for ExternalForce {
-    const NAME: &'static str = "external_force";
-    const TITLE: &'static str = "External force";
-    const SUMMARY: &'static str = "A force of the app on the body.";
-    const HAS_OWN_ORDER: bool = true;
-    const STAGES: &'static [Stage] = &[Stage::External];
-    type State = ();
-}
-
 impl Effect for ExternalImpulse {
     const NAME: &'static str = "external_impulse";
     const TITLE: &'static str = "External impulse";

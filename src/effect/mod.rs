@@ -139,7 +139,6 @@ mod volume;
 mod weave;
 
 pub(crate) use external::follow_points;
-pub use external::{ExternalForce, ExternalImpulse};
 pub use grabs::Grabs;
 pub use own::{OwnEffect, OwnEffectError, OwnEffects};
 pub use pin_targets::PinTargets;
@@ -169,7 +168,7 @@ macro_rules! plugins {
         }
     };
     ($($effect:ident,)*) => {
-        pub use crate::solver::{$($effect,)*};
+        pub use crate::solver::{ExternalForce, ExternalImpulse, $($effect,)*};
 
         impl EffectPlugins {
             /// Names of all effects.

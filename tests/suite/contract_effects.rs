@@ -89,7 +89,7 @@ fn the_energy_ledger_closes_with_every_effect() {
             + elastic_energies(&body.effects, &body.topology, at)
     };
     for body in &mut bodies {
-        body.begin_tick();
+        body.begin_tick(true);
         let before = energy(body);
         let mut all = ledger::Ledger::default();
         for tick in 0..30 {

@@ -229,7 +229,7 @@ fn memory_use_is_within_the_documented_limit() {
             elastic_on_ground()
         };
         let mut body: Body = with(body("body", shape, 1.0), effects);
-        body.begin_tick();
+        body.begin_tick(true);
         body
     };
     for shape in [solid(6), solid(20), sheet(21), sheet(64), sheet(200)] {

@@ -38,7 +38,7 @@ fn what_cannot_be_set_is_refused_with_the_word_and_the_choices() {
     let message = refused(&mut app, set(body, "stretch", "stiffness", 1.0));
     assert!(message.contains("stretch.stiffness"), "{message}");
     assert!(
-        message.contains("compliance, axial_stiffness, damping"),
+        message.contains("stretch.compliance, stretch.axial_stiffness, stretch.damping"),
         "{message}"
     );
     let message = refused(&mut app, set(body, "stretch", "compliance", -1.0));

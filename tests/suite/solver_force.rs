@@ -258,7 +258,7 @@ fn the_ledger_includes_the_work_of_forces() {
             instructions: pliant::solver::Instructions::default(),
             watch: None,
         };
-        body.begin_tick();
+        body.begin_tick(true);
         let substeps = 0..settings.substeps.get();
         total += ledger::advance(&mut body.stepper(), substeps, &context).expect("finite");
     }

@@ -334,7 +334,7 @@ fn ledger_of(body: &mut Body, settings: &pliant::solver::Settings, ticks: u32) -
             instructions: Instructions::default(),
             watch: None,
         };
-        body.begin_tick();
+        body.begin_tick(true);
         let substeps = 0..settings.substeps.get();
         total += ledger::advance(&mut body.stepper(), substeps, &context).expect("finite");
     }

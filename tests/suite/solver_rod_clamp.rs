@@ -161,7 +161,7 @@ fn a_rod_resists_its_turned_end_with_the_torque_gj_phi_over_l() {
             instructions: Instructions::default(),
             watch: None,
         };
-        body.begin_tick();
+        body.begin_tick(true);
         let done: Ledger = ledger::advance(&mut body.stepper(), 0..8, &context).expect("finite");
         works.push(works[tick as usize - 1] + done.grab);
         energies.push(measure::body_effect_energy(

@@ -508,7 +508,7 @@ fn energy_is_what_the_ledger_says() {
     let (swept, threads) = (Swept::default(), Threads::default());
     let mut sum = Ledger::default();
     for tick in 0..60 {
-        body.begin_tick();
+        body.begin_tick(true);
         let context = StepContext {
             settings: &settings,
             time: f64::from(tick) / 60.0,

@@ -93,15 +93,18 @@ fn run_among(
     for tick in 0..4 {
         let time = f64::from(tick) * settings.tick_seconds();
         swept.fill(colliders.iter(), settings, time);
-        body.begin_tick();
-        body.advance(&StepContext {
+        body.begin_tick(true);
+        let context = StepContext {
             settings,
             time,
             swept: &swept,
             threads: &threads,
             instructions,
             watch,
-        });
+        };
+        let substeps = 0..settings.substeps.get();
+        let done = body.stepper().advance(substeps, &context);
+        done.expect("it stays finite");
     }
     body
 }
@@ -358,7 +361,7 @@ fn a_failed_tick_leaves_the_state_of_the_substep_before() {
     let world = World::default();
     let [lanes, plain] = [None, Some(&Bystander as &dyn Watch)].map(|watch| {
         let mut body = body.clone();
-        body.begin_tick();
+        body.begin_tick(true);
         let context = StepContext {
             settings: &settings,
             time: 0.0,

@@ -167,8 +167,9 @@ impl Body {
     }
 
     /// Begins a tick: puts a body with an input that is not sound into quarantine, allocates multipliers, and
-    /// stores the state at the start. Does not [choose the solver](Self::choose_solver).
-    pub(crate) fn begin_tick(&mut self, keeps_multipliers: bool) {
+    /// stores the state at the start. Multipliers of elastic effects are kept for measurements, or not. Does not
+    /// [choose the solver](Self::choose_solver).
+    pub fn begin_tick(&mut self, keeps_multipliers: bool) {
         if let Some(particle) = self.particles.first_unfit(self.topology.particles()) {
             self.particles.restore_at_rest(&self.tick_start.positions);
             self.quarantine = Some(Quarantine {

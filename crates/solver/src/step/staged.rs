@@ -3,11 +3,10 @@
 
 use super::{
     advance::{Stage, StepContext, Stepper},
-    substep::Substep,
     tick::{Member, Tick, Together, Work},
     together::{self, COLLIDE, GroupedBody},
 };
-use crate::{Effects, ledger::Ledger};
+use crate::{Effects, Substep, ledger::Ledger};
 
 impl Tick {
     /// Begins or continues a tick, and begins a substep. Must come before the first substep of some, and
