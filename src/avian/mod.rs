@@ -25,6 +25,7 @@
 //! - Soft bodies under a moving body of Avian's do not sleep.
 
 mod obstacle;
+mod parts;
 mod proxy;
 mod surface;
 
@@ -37,6 +38,7 @@ use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
 };
+use parts::ProxyThickness;
 
 /// Couples soft bodies with Avian's rigid bodies. Add it after `PhysicsPlugins` and
 /// [`SoftBodyPlugins`](crate::SoftBodyPlugins), with the schedule of both: by default that of
@@ -105,22 +107,3 @@ impl Plugin for AvianPlugin {
         );
     }
 }
-
-/// Thickness of dynamic bodies.
-#[derive(Resource, Debug, Clone, Copy)]
-struct ProxyThickness(ContactThickness);
-
-/// Entity that stands for one of Avian's bodies in the soft-body simulation. It is despawned with
-/// the body.
-#[derive(Component, Debug)]
-#[relationship(relationship_target = Represented)]
-struct Represents(Entity);
-
-/// The entity that stands for a body of Avian's.
-#[derive(Component, Debug)]
-#[relationship_target(relationship = Represents, linked_spawn)]
-struct Represented(Vec<Entity>);
-
-/// A body whose colliders have no surface, of which a warning has been given.
-#[derive(Component, Debug)]
-struct Unseen;

@@ -1,6 +1,9 @@
 //! Static and kinematic bodies of Avian's as colliders.
 
-use super::{Represented, Represents, Unseen, surface::Colliders};
+use super::{
+    parts::{Represented, Represents, Unseen},
+    surface::Colliders,
+};
 use crate::{
     simulation::SimulationClock,
     solver::{Collider, ColliderMesh, ColliderShape, Path, Pose},

@@ -1,6 +1,10 @@
 //! Dynamic bodies of Avian's, and their proxies.
 
-use super::{ProxyThickness, Represented, Represents, Unseen, obstacle::pose, surface::Colliders};
+use super::{
+    obstacle::pose,
+    parts::{ProxyThickness, Represented, Represents, Unseen},
+    surface::Colliders,
+};
 use crate::{
     effect::{Contact, ShapeMatching},
     simulation::{AddedMass, Asleep, SimulationSettings, SoftBody},

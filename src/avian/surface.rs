@@ -1,6 +1,6 @@
 //! Surfaces of Avian's bodies.
 
-use super::{Represented, Unseen};
+use super::parts::{Represented, Unseen};
 use avian3d::prelude::{
     Collider, ColliderDisabled, ColliderOf, ColliderTransform, RigidBody, RigidBodyColliders,
     Sensor,

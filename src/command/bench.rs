@@ -1,10 +1,9 @@
 //! `pliant bench`.
 
 use super::{
-    FAILED,
     outputs::{check_extension, check_folder},
     run::progress_bar,
-    say, say_line,
+    say::{FAILED, say, say_line},
     threads::count,
 };
 use crate::bench::{self, Options, plot};

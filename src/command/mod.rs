@@ -31,6 +31,7 @@ mod interrupt;
 mod outputs;
 mod replay;
 mod run;
+mod say;
 mod scenes;
 mod study;
 mod threads;
@@ -39,17 +40,8 @@ mod window;
 
 use crate::effect::OwnEffects;
 use clap::{CommandFactory, Parser, Subcommand};
-use std::{
-    fmt,
-    io::{self, Write},
-    process::ExitCode,
-};
-
-/// Exit code for a request that cannot be carried out: bad usage or bad input.
-const BAD_USAGE: u8 = 2;
-
-/// Exit code when a check failed.
-const FAILED: u8 = 1;
+use say::BAD_USAGE;
+use std::process::ExitCode;
 
 /// Soft-body simulation: an interactive sandbox, and commands that measure accuracy, speed and
 /// robustness of its XPBD solver.
@@ -118,32 +110,5 @@ impl CommandLine {
             Some(Command::Study(command)) => command.run(),
             Some(Command::Torture(command)) => command.run(own),
         }
-    }
-}
-
-/// Prints to the standard output. A reader that closes the pipe early, such as `head`, is not an
-/// error.
-fn say(text: impl fmt::Display) -> io::Result<()> {
-    match write!(io::stdout().lock(), "{text}") {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => other,
-    }
-}
-
-/// Prints a line to the standard output; see [`say`].
-fn say_line(text: impl fmt::Display) -> io::Result<()> {
-    say(format_args!("{text}\n"))
-}
-
-/// Notes about the meshes of a scene, one per line.
-fn notes_text(notes: &[String]) -> String {
-    notes.iter().map(|note| format!("note: {note}\n")).collect()
-}
-
-/// A count with its noun, as in `1 iteration` and `10 iterations`.
-fn counted(count: usize, noun: &str) -> String {
-    match count {
-        1 => format!("1 {noun}"),
-        _ => format!("{count} {noun}s"),
     }
 }

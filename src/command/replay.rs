@@ -1,6 +1,10 @@
 //! `pliant replay`.
 
-use super::{FAILED, counted, run::progress_bar, say, say_line, threads::ThreadsOption};
+use super::{
+    run::progress_bar,
+    say::{FAILED, counted, say, say_line},
+    threads::ThreadsOption,
+};
 use crate::{
     effect::OwnEffects,
     recording::{HASH_EVERY, Replay, replay_with},

@@ -3,11 +3,9 @@
 mod ablate;
 
 use super::{
-    FAILED, counted,
     interrupt::{Interrupt, STOPPED},
-    notes_text,
     outputs::{Outputs, STANDARD_OUTPUT, check_extension},
-    say, say_line,
+    say::{FAILED, counted, notes_text, say, say_line},
     threads::ThreadsOption,
 };
 use crate::{

@@ -1,6 +1,6 @@
 //! `pliant scenes`.
 
-use super::say_line;
+use super::say::say_line;
 use crate::scene::{Scene, registry::SCENES};
 use clap::Args;
 use serde_json::json;

@@ -1,6 +1,9 @@
 //! `pliant study`.
 
-use super::{run::progress_bar, say, say_line};
+use super::{
+    run::progress_bar,
+    say::{say, say_line},
+};
 use crate::study::{self, Budget, Options, Plan, Study, journal, report};
 use clap::Args;
 use std::{path::PathBuf, process::ExitCode};

@@ -1,6 +1,10 @@
 //! `pliant torture`.
 
-use super::{FAILED, run::progress_bar, say, say_line, threads::count};
+use super::{
+    run::progress_bar,
+    say::{FAILED, say, say_line},
+    threads::count,
+};
 use crate::{
     effect::OwnEffects,
     scene::Scene,

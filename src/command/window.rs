@@ -2,9 +2,9 @@
 //! can be opened.
 
 use super::{
-    CommandLine, FAILED, notes_text,
+    CommandLine,
     run::{build, in_words},
-    say, say_line,
+    say::{FAILED, notes_text, say, say_line},
     threads::ThreadsOption,
 };
 use crate::{

@@ -123,7 +123,7 @@ impl Scene {
         let mut bodies = built.world.bodies.iter().zip(&built.skins);
         let firsts = self.bodies.iter().filter_map(|spec| {
             // Copies are alike. Only what was filled has a skin.
-            let (body, skin) = bodies.by_ref().nth(places(spec).len() - 1)?;
+            let (body, skin) = bodies.by_ref().nth(spec.places().len() - 1)?;
             (is_automatic(spec) && skin.is_some()).then_some(body)
         });
         if let Some((substeps, notes)) = choose(firsts, &built.world) {
@@ -153,7 +153,7 @@ impl Scene {
         if spec.effects.pressure.is_some()
             && let Err(reason) = topology.enclosure()
         {
-            return Err(wrong(spec, format!("cannot apply pressure: {reason}")));
+            return Err(spec.wrong(format!("cannot apply pressure: {reason}")));
         }
         Ok(BodyMesh {
             topology: Arc::new(topology),
@@ -168,7 +168,7 @@ impl Scene {
         mesh: BodyMesh,
         built: &mut BuiltScene,
     ) -> Result<(), SceneError> {
-        let look = Look::new(spec.color.as_deref()).map_err(|message| wrong(spec, message))?;
+        let look = Look::new(spec.color.as_deref()).map_err(|message| spec.wrong(message))?;
         let BodyMesh {
             topology,
             skin,
@@ -178,12 +178,12 @@ impl Scene {
         built
             .notes
             .extend(notes.map(|note| format!("{}: {note}", spec.name)));
-        let places = places(spec);
+        let places = spec.places();
         check_room(spec, &built.world, topology.particles(), places.len())?;
         if !spec.cuts.is_empty() && skin.is_some() {
             let message = "a filled surface cannot have initial cuts; use a primitive or the \
                            treatment `Shell`";
-            return Err(wrong(spec, message.to_owned()));
+            return Err(spec.wrong(message.to_owned()));
         }
         for (number, &place) in places.iter().enumerate() {
             let name = if places.len() == 1 {
@@ -197,10 +197,7 @@ impl Scene {
                 && let Some(reason) =
                     direct::refused(&topology, &body.effects, built.world.settings.method)
             {
-                return Err(wrong(
-                    spec,
-                    format!("cannot use the direct solver: {reason}"),
-                ));
+                return Err(spec.wrong(format!("cannot use the direct solver: {reason}")));
             }
             if number == 0 {
                 let notes = contact_notes(&body.effects, &topology).into_iter();
@@ -278,8 +275,7 @@ impl Scene {
                 let hair = scalp.and_then(|scalp| hair.strands.grow(&scalp));
                 hair.map_err(named)
             }
-            _ => Err(wrong(
-                spec,
+            _ => Err(spec.wrong(
                 "expected a primitive, a mesh or hair, as in `primitive: Box(size: (1, 1, 1))`, \
                  `mesh: (file: \"bunny\")` or `hair: (scalp: Mesh(file: \"bunny\"))`"
                     .to_owned(),
@@ -420,13 +416,6 @@ fn collider_look(spec: &ColliderSpec) -> Result<Look, String> {
     look.is_valid().then_some(look).ok_or_else(wrong)
 }
 
-pub(super) fn wrong(spec: &BodySpec, message: String) -> SceneError {
-    SceneError::Body {
-        body: spec.name.clone(),
-        message,
-    }
-}
-
 fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
     for (name, v) in [
         ("position", spec.position),
@@ -440,7 +429,7 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
     ] {
         if !v.is_finite() {
             let message = format!("{name} is {v}, but must be three finite numbers");
-            return Err(wrong(spec, message));
+            return Err(spec.wrong(message));
         }
     }
     let count = spec.copies.map_or(1, |copies| {
@@ -450,15 +439,15 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
     if !(1..=MAX_COPIES).contains(&count) {
         let message =
             format!("the number of copies is {count}, but must be between 1 and {MAX_COPIES}");
-        return Err(wrong(spec, message));
+        return Err(spec.wrong(message));
     }
     let is_far = |place: &Vec3| f64::from(place.abs().max_element()) > MAX_COORDINATE;
-    if let Some(place) = places(spec).into_iter().find(is_far) {
+    if let Some(place) = spec.places().into_iter().find(is_far) {
         let message = format!(
             "position is {place}, but must be within {MAX_COORDINATE} m of the origin along each axis; \
              move the whole scene nearer to it"
         );
-        return Err(wrong(spec, message));
+        return Err(spec.wrong(message));
     }
     Ok(())
 }
@@ -487,32 +476,10 @@ fn check_room(
                 "with this body the scene has {count} {what}, but at most {most} are supported; use \
                  fewer copies or cells"
             );
-            return Err(wrong(spec, message));
+            return Err(spec.wrong(message));
         }
     }
     Ok(())
-}
-
-/// Position of each copy: `position` is the center of the lowest layer of the grid.
-pub(super) fn places(spec: &BodySpec) -> Vec<Vec3> {
-    let Some(copies) = spec.copies else {
-        return vec![spec.position];
-    };
-    let middle = Vec3::new(
-        (copies.count.x - 1) as f32 / 2.0,
-        0.0,
-        (copies.count.z - 1) as f32 / 2.0,
-    );
-    let mut places = Vec::new();
-    for y in 0..copies.count.y {
-        for z in 0..copies.count.z {
-            for x in 0..copies.count.x {
-                let cell = Vec3::new(x as f32, y as f32, z as f32) - middle;
-                places.push(spec.position + cell * copies.spacing);
-            }
-        }
-    }
-    places
 }
 
 fn body(
@@ -523,7 +490,7 @@ fn body(
 ) -> Result<Body, SceneError> {
     let material = material(spec, topology)?;
     let of_material = material.map(Material::body_density).transpose();
-    let of_material = of_material.map_err(|error| wrong(spec, error.to_string()))?;
+    let of_material = of_material.map_err(|error| spec.wrong(error.to_string()))?;
     let density = spec.density.or(of_material).unwrap_or_default();
     let mut body = Body::new(name, Arc::clone(topology), density);
     let turn = rotation_degrees(spec.rotation);
@@ -540,9 +507,9 @@ fn body(
     {
         let last = topology.particles() - 1;
         let message = format!("added_mass refers to vertex {vertex}; expected 0 to {last}");
-        return Err(wrong(spec, message));
+        return Err(spec.wrong(message));
     }
-    check_effects(spec, topology).map_err(|message| wrong(spec, message))?;
+    check_effects(spec, topology).map_err(|message| spec.wrong(message))?;
     cut(spec, place, &mut body)?;
     let positions = body.particles.positions.iter();
     let positions: Vec<Vec3> = positions.map(|x| x.truncate()).collect();
@@ -551,7 +518,7 @@ fn body(
             "Part(\"{part}\") is an entry of `groups`: pin the group, as in `Group(\"{part}\")`"
         ))
     });
-    body.pins = pins.map_err(|message| wrong(spec, message))?;
+    body.pins = pins.map_err(|message| spec.wrong(message))?;
     body.update_masses();
     for &deformation in &spec.start {
         deform(&mut body.particles, deformation);
@@ -589,7 +556,7 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
             "unknown material “{name}”{}; expected one of: {valid}",
             similar(name, &valid)
         );
-        return Err(wrong(spec, message));
+        return Err(spec.wrong(message));
     };
     if material.fits(topology.dimension) {
         return Ok(Some(material));
@@ -611,7 +578,7 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
     let message = format!(
         "{name} is a material for {made}, but the body is {given}; expected one of: {valid}"
     );
-    Err(wrong(spec, message))
+    Err(spec.wrong(message))
 }
 
 /// Checks that the initial state is finite: finite parameters can add up to infinity.
@@ -626,7 +593,7 @@ fn check_start(spec: &BodySpec, body: &Body) -> Result<(), SceneError> {
         "particle {vertex} starts at {x} m with {v} m/s, but both must be finite; use smaller values \
          of spacing, start, velocity or spin"
     );
-    Err(wrong(spec, message))
+    Err(spec.wrong(message))
 }
 
 /// Adds ω × r to the velocities of all movable particles, with r from the center of mass.
@@ -652,7 +619,7 @@ fn cut(spec: &BodySpec, place: Vec3, body: &mut Body) -> Result<(), SceneError> 
             eye: cut.eye + (place - spec.position),
             ..*cut
         };
-        let wrong = |message: &str| wrong(spec, format!("cut {number}: {message}"));
+        let wrong = |message: &str| spec.wrong(format!("cut {number}: {message}"));
         if !cut.is_valid() {
             return Err(wrong(
                 "expected a finite eye and two finite rays that are not parallel",

@@ -32,12 +32,14 @@ mod effects;
 mod error;
 mod file;
 mod groups;
+mod load;
 mod material;
 pub mod mesh_file;
 pub(crate) mod name;
 mod overlap_note;
 pub mod overrides;
 mod parameters;
+mod parse;
 pub mod registry;
 pub mod run;
 pub mod save;
@@ -54,8 +56,9 @@ pub use effects::SceneEffects;
 pub use error::{ColliderError, SceneError};
 pub use file::{
     BodySpec, CameraSpec, ColliderSpec, Copies, HairSpec, MeshSpec, PartBounds, PointSpec, Region,
-    ScalpSpec, Scene, ShapeSpec, StitchSpec, StitchTo, VertexSelection, parse, parse_with,
+    ScalpSpec, Scene, ShapeSpec, StitchSpec, StitchTo, VertexSelection,
 };
 pub use material::{Material, RopeMaterial, SheetMaterial};
 pub use parameters::BodyParameters;
+pub use parse::{parse, parse_with};
 pub use spawn::{CurrentScene, Look, copy_look, despawn, spawn};

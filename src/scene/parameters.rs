@@ -11,7 +11,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use super::{SceneEffects, SceneError, file::parse_with};
+use super::{SceneEffects, SceneError, parse::parse_with};
 use crate::{effect::OwnEffects, solver::Density};
 use serde::Deserialize;
 

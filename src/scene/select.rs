@@ -1,10 +1,10 @@
 //! Vertices that a scene file selects: pins, and named groups.
 
-use super::{BodySpec, SceneError, VertexSelection, build::wrong, stitches::roots};
+use super::{BodySpec, SceneError, VertexSelection};
 use crate::{
     solver::{
-        GroupName, ParticleIndex, Topology, VertexIndex, contact::rotation_degrees,
-        topology::bounds,
+        GroupName, NotARod, ParticleIndex, RodShape, Topology, VertexIndex,
+        contact::rotation_degrees, topology::bounds,
     },
     suggestion::similar_of,
 };
@@ -75,6 +75,24 @@ pub(super) fn select(
     Ok(found)
 }
 
+/// The first `count` vertices of each chain of a body.
+pub(super) fn roots(topology: &Topology, count: u32) -> Result<Vec<VertexIndex>, String> {
+    let shape = match RodShape::of(topology) {
+        Err(error @ NotARod::Surface) => return Err(format!("Roots: {error}")),
+        shape => shape.unwrap_or_default(),
+    };
+    if !shape.is_of_chains() || shape.roots(1).next().is_none() {
+        return Err(
+            "Roots: the body must consist of open chains of edges; this one has branches or rings"
+                .into(),
+        );
+    }
+    Ok(shape
+        .roots(count)
+        .map(|particle| topology.numbering.vertex(particle))
+        .collect())
+}
+
 /// The vertices of a group of a body.
 pub(super) fn group(topology: &Topology, name: GroupName) -> Result<Vec<VertexIndex>, String> {
     check_group(topology, name)?;
@@ -115,7 +133,7 @@ pub(super) fn add_groups(
         false => topology.rest.iter().map(place).collect(),
     };
     for (name, selected) in &spec.groups {
-        let in_group = |message| wrong(spec, format!("group “{name}”: {message}"));
+        let in_group = |message| spec.wrong(format!("group “{name}”: {message}"));
         if selected.is_empty() {
             let message = "it has no entries; expected vertices, as in `[Top(0.3)]`";
             return Err(in_group(message.to_owned()));

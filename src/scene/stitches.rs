@@ -1,15 +1,11 @@
 //! Stitches of a scene: within a body, to colliders, and to other bodies.
 
-use super::{
-    BodySpec, PointSpec, Scene, SceneError, StitchSpec, StitchTo,
-    build::{places, wrong},
-    select,
-};
+use super::{BodySpec, PointSpec, Scene, SceneError, StitchSpec, StitchTo, select};
 use crate::{
     mesh,
     solver::{
-        Body, Collider, Compliance, NotARod, ParticleIndex, RodShape, Stitch, StitchEnd,
-        StitchError, Stitches, SurfacePoint, Topology, VertexIndex, World, contact::on_triangle,
+        Body, Collider, Compliance, ParticleIndex, Stitch, StitchEnd, StitchError, Stitches,
+        SurfacePoint, Topology, VertexIndex, World, contact::on_triangle,
     },
     suggestion::similar,
 };
@@ -17,24 +13,6 @@ use glam::{DVec3, Vec3};
 
 /// A stitch of a body, and its number in the file, from 1.
 type Numbered = (usize, Stitch);
-
-/// The first `count` vertices of each chain of a body.
-pub(super) fn roots(topology: &Topology, count: u32) -> Result<Vec<VertexIndex>, String> {
-    let shape = match RodShape::of(topology) {
-        Err(error @ NotARod::Surface) => return Err(format!("Roots: {error}")),
-        shape => shape.unwrap_or_default(),
-    };
-    if !shape.is_of_chains() || shape.roots(1).next().is_none() {
-        return Err(
-            "Roots: the body must consist of open chains of edges; this one has branches or rings"
-                .into(),
-        );
-    }
-    Ok(shape
-        .roots(count)
-        .map(|particle| topology.numbering.vertex(particle))
-        .collect())
-}
 
 /// The stitches of a body within itself and to colliders.
 pub(super) fn stitches(
@@ -44,7 +22,7 @@ pub(super) fn stitches(
 ) -> Result<Stitches, SceneError> {
     let mut all = Vec::new();
     for (number, it) in (1..).zip(&spec.stitches) {
-        let wrong = |message| wrong(spec, format!("stitch {number}: {message}"));
+        let wrong = |message| spec.wrong(format!("stitch {number}: {message}"));
         for point in points(it, body).map_err(wrong)? {
             let to = match &it.to {
                 StitchTo::Point(other) => {
@@ -66,7 +44,7 @@ pub(super) fn stitches(
 pub(super) fn join(scene: &Scene, world: &mut World) -> Result<(), SceneError> {
     let mut first = 0;
     for spec in &scene.bodies {
-        let copies = places(spec).len();
+        let copies = spec.places().len();
         let joins = |it: &&StitchSpec| matches!(it.to, StitchTo::Body(_) | StitchTo::BodyPoint(..));
         if spec.stitches.iter().any(|it| joins(&it)) {
             for own in first..first + copies {
@@ -79,7 +57,7 @@ pub(super) fn join(scene: &Scene, world: &mut World) -> Result<(), SceneError> {
                     .map(|stitch| (0, *stitch))
                     .collect();
                 for (number, it) in (1..).zip(&spec.stitches).filter(|(_, it)| joins(it)) {
-                    let wrong = |message| wrong(spec, format!("stitch {number}: {message}"));
+                    let wrong = |message| spec.wrong(format!("stitch {number}: {message}"));
                     let points = points(it, body).map_err(wrong)?;
                     let ends = other_ends(it, &points, own, world).map_err(wrong)?;
                     let both = points.into_iter().zip(ends);
@@ -119,7 +97,7 @@ fn points(spec: &StitchSpec, body: &Body) -> Result<Vec<SurfacePoint>, String> {
     }
     let vertices = match (spec.point, &spec.to) {
         (PointSpec::Roots(count), StitchTo::Collider(_) | StitchTo::Body(_)) => {
-            roots(&body.topology, count)?
+            select::roots(&body.topology, count)?
         }
         (PointSpec::Within { low, high }, StitchTo::Collider(_) | StitchTo::Body(_)) => {
             within(body, low, high)?
@@ -372,6 +350,6 @@ fn checked(spec: &BodySpec, body: &Body, all: Vec<Numbered>) -> Result<Stitches,
             ),
             error => error.to_string(),
         };
-        wrong(spec, message)
+        spec.wrong(message)
     })
 }

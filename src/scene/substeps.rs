@@ -36,7 +36,7 @@ pub(super) fn are_open(text: &str) -> bool {
         #[serde(default)]
         world: World,
     }
-    let sketch = super::file::parse::<Sketch>("scene", text);
+    let sketch = super::parse::parse::<Sketch>("scene", text);
     sketch.is_ok_and(|sketch| sketch.world.substeps.is_none())
 }
 

@@ -1,7 +1,7 @@
 //! The precision floor of f32: where more substeps increase the error.
 
 use super::{
-    page::{number, percent},
+    numbers::{number, percent},
     results::{CaseResult, Point},
     setting::Method,
 };

@@ -1,6 +1,6 @@
 //! Scaling of cost with size.
 
-use super::{page::number, pareto, results::ProblemResult, setting::Setting};
+use super::{numbers::number, pareto, results::ProblemResult, setting::Setting};
 use std::collections::BTreeMap;
 
 /// Exponent of time over constraints: the median over all settings that were timed on at least two

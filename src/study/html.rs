@@ -2,7 +2,7 @@
 //! cheapest settings, and the rest folded.
 
 use super::{
-    Study, multiples, overview, page, report::TARGETS, results::ProblemResult, rivalry, weaknesses,
+    Study, multiples, numbers::TARGETS, overview, page, results::ProblemResult, rivalry, weaknesses,
 };
 use crate::output::{
     document::Block,

@@ -33,6 +33,7 @@ mod html;
 pub mod journal;
 mod multiples;
 mod nan;
+mod numbers;
 mod observe;
 mod overview;
 mod page;

@@ -3,9 +3,8 @@
 
 use super::{
     Study,
+    numbers::{TARGETS, number, percent},
     overview::cost_words,
-    page::{number, percent},
-    report::TARGETS,
     results::{CaseResult, Point, ProblemResult},
     setting::Method,
 };

@@ -2,8 +2,7 @@
 
 use super::{
     Study,
-    page::{number, percent},
-    report::TARGETS,
+    numbers::{TARGETS, number, percent},
     results::{CaseResult, Point},
 };
 use crate::output::document::Block;

@@ -4,30 +4,13 @@ use super::{
     Study,
     closed_form::Reference,
     converge::{Converged, FIRST_ORDER, FoundBy},
-    floor, growth, overview,
-    report::TARGETS,
+    floor, growth,
+    numbers::{TARGETS, number, percent},
+    overview,
     results::{CaseResult, Point, ProblemResult},
     rivalry, weaknesses,
 };
 use crate::output::document::Block;
-
-/// A fraction in per cent, with two significant digits.
-pub(super) fn percent(fraction: f64) -> String {
-    format!("{} %", number(fraction * 100.0))
-}
-
-/// A number with three significant digits.
-pub(super) fn number(number: f64) -> String {
-    let size = number.abs();
-    if number == 0.0 || !number.is_finite() {
-        format!("{number}")
-    } else if !(1e-3..1e5).contains(&size) {
-        format!("{number:.1e}")
-    } else {
-        let digits = (2 - size.log10().floor() as i32).clamp(0, 6);
-        format!("{number:.*}", digits as usize)
-    }
-}
 
 /// Costs, settings and the two errors of a report.
 pub(super) const TWO_ERRORS: &str = "Costs are median milliseconds of one thread per simulated second; a setting is \

@@ -1,7 +1,7 @@
 //! A work–precision diagram as SVG: solver error over cost, one panel per mesh.
 
 use super::{
-    page::number,
+    numbers::number,
     results::{CaseResult, Point, ProblemResult},
     setting::Method,
 };

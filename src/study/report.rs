@@ -1,6 +1,8 @@
 //! The output folder of a study: `points.csv`, a diagram for each problem, `report.md`, a
 //! self-contained `report.html`, and `study.json`.
 
+pub use super::numbers::TARGETS;
+
 use super::{
     Study, StudyError, html, page, picture,
     results::{CaseResult, Point, ProblemResult},
@@ -15,9 +17,6 @@ use crate::{
 };
 use serde_json::{Value, json};
 use std::path::Path;
-
-/// Error targets for which the cheapest setting is reported.
-pub const TARGETS: [f64; 3] = [0.1, 0.01, 0.001];
 
 /// Writes all files of a study into its folder.
 ///

@@ -3,7 +3,7 @@
 use super::{
     Study,
     closed_form::Reference,
-    page::{number, percent},
+    numbers::{number, percent},
     results::{CaseResult, ProblemResult},
     setting::Method,
 };

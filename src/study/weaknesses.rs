@@ -2,8 +2,7 @@
 
 use super::{
     Setting, Study, floor,
-    page::{number, percent},
-    report::TARGETS,
+    numbers::{TARGETS, number, percent},
     results::CaseResult,
 };
 use crate::output::document::Block;

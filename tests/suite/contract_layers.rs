@@ -1,45 +1,58 @@
 //! Contracts about the source: which operations the solver may use, and which module may depend on
 //! which.
 
+use proc_macro2::{TokenStream, TokenTree};
 use std::{
+    cmp::Reverse,
     collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::Command,
 };
+use syn::{
+    ItemMod, ItemUse, Macro, UseTree, Visibility, parse_quote,
+    visit::{self, Visit},
+};
 
-/// Layers from top to bottom: a module may depend on lower layers and on modules of its own layer.
-/// (The compiler enforces that the packages below do not depend on it.) Simulation and effects
-/// share a layer: a schedule holds systems of effects, and an effect's systems belong to sets of
-/// the schedule.
-const LAYERS: [&[&str]; 9] = [
-    &["main"],
-    &["command"],
-    &["sandbox"],
-    &["ablation", "study", "torture"],
-    &["avian", "bench", "output", "render"],
-    &["recording"],
-    &["scene"],
-    &["effect", "simulation"],
-    &["file", "suggestion"],
+/// Modules from top to bottom: each may import those below it, and those of its own line. (The compiler
+/// enforces that no package imports one above it.) Simulation and effects share a line: a schedule holds
+/// systems of effects, and an effect's systems belong to sets of the schedule.
+const LAYERS: [(&str, &str, &str); 4] = [
+    (
+        "src",
+        "",
+        "command > sandbox > ablation study torture > avian bench output render > recording > scene > \
+         effect simulation > file suggestion",
+    ),
+    (
+        "src",
+        "sandbox",
+        "app > panel > input lab > render > ui > state",
+    ),
+    (
+        "crates/solver/src",
+        "",
+        "diagnostics > reference > equilibrium > step > direct > contact > measure > effects > colliders > \
+         deform > reflection > topology > substep > kernel > parallel > particles > layout > analytic > quantity",
+    ),
+    (
+        "crates/mesh/src",
+        "",
+        "build > primitive > strands > scatter > lattice > embed > orient > clean > enclosure > elements > \
+         limits > read > source > skin > error",
+    ),
 ];
 
-/// Layers of the window's modules.
-const WINDOW_LAYERS: [&[&str]; 6] = [
-    &["app"],
-    &["panel"],
-    &["input", "lab"],
-    &["render"],
-    &["ui"],
-    &["state"],
+/// The packages, fewer imports between their files than are found, and their circles: how many files
+/// import each other where these are more than three. This may only become shorter.
+const CIRCLES: [(&str, usize, &[usize]); 3] = [
+    ("src", 1500, &[24, 4]),
+    ("crates/solver/src", 1000, &[]),
+    ("crates/mesh/src", 80, &[]),
 ];
 
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn source() -> PathBuf {
-    root().join("src")
 }
 
 /// Every file of a folder, recursively, with its text.
@@ -57,54 +70,10 @@ pub fn files(folder: &Path) -> Vec<(PathBuf, String)> {
     all
 }
 
-fn layer_of(layers: &[&[&str]], module_name: &str) -> Option<usize> {
-    layers.iter().position(|names| names.contains(&module_name))
-}
-
 /// Code without comments: each line up to `//`.
 pub fn code(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .map(|line| line.split("//").next().unwrap_or(""))
-}
-
-/// The modules that a file names: after one of these roots, alone or in braces.
-fn named_modules(text: &str, roots: &[&str]) -> Vec<String> {
-    let all: String = code(text).collect::<Vec<_>>().join("\n");
-    let mut names = Vec::new();
-    for root in roots {
-        for (start, _) in all.match_indices(root) {
-            let rest = &all[start + root.len()..];
-            if let Some(braced) = rest.strip_prefix('{') {
-                names.extend(heads(braced));
-            } else {
-                names.push(word(rest));
-            }
-        }
-    }
-    names
-}
-
-/// First words of the items of a `use` in braces, up to the closing brace.
-fn heads(text: &str) -> Vec<String> {
-    let (mut depth, mut item, mut heads) = (0, String::new(), Vec::new());
-    for c in text.chars() {
-        match c {
-            '{' => depth += 1,
-            '}' if depth == 0 => break,
-            '}' => depth -= 1,
-            ',' if depth == 0 => heads.push(word(std::mem::take(&mut item).trim())),
-            c if depth == 0 => item.push(c),
-            _ => {}
-        }
-    }
-    heads.push(word(item.trim()));
-    heads
-}
-
-fn word(text: &str) -> String {
-    text.chars()
-        .take_while(|c| c.is_alphanumeric() || *c == '_')
-        .collect()
 }
 
 /// A program that only steps bodies builds neither Bevy nor the code that reads and draws.
@@ -128,59 +97,72 @@ fn the_solver_package_builds_without_bevy() {
 /// A module can be understood without those above it, as it does not depend on them.
 #[test]
 fn modules_depend_only_on_lower_layers() {
-    assert_downward_dependencies(
-        &source(),
-        &LAYERS,
-        &["crate::", "pliant::"],
-        // The crate's root and its prelude may name everything.
-        &["lib", "prelude"],
-    );
-}
-
-/// The same for the modules of the window, except its root, which combines them.
-#[test]
-fn modules_of_the_window_depend_only_on_lower_layers() {
-    let roots = ["sandbox::"];
-    assert_downward_dependencies(&source().join("sandbox"), &WINDOW_LAYERS, &roots, &["mod"]);
-}
-
-#[track_caller]
-fn assert_downward_dependencies(
-    folder: &Path,
-    layers: &[&[&str]],
-    roots: &[&str],
-    others: &[&str],
-) {
-    let mut found = Vec::new();
-    let mut seen = 0;
-    for (path, text) in files(folder) {
-        let inside = path.strip_prefix(folder).expect("below it");
-        let module_name = inside
-            .components()
-            .next()
-            .map(|first| word(&first.as_os_str().to_string_lossy()))
-            .unwrap_or_default();
-        let Some(own) = layer_of(layers, &module_name) else {
+    for (folder, parent, layers) in LAYERS {
+        let layers: Vec<Vec<_>> = layers
+            .split(" > ")
+            .map(|it| it.split(' ').collect())
+            .collect();
+        let layer = |module: &Name| {
+            let mut names = module.iter();
+            let is_inside = parent.is_empty() || names.next().is_some_and(|it| it == parent);
+            let own = names.next().filter(|_| is_inside)?;
+            let layer = layers
+                .iter()
+                .position(|layer| layer.contains(&own.as_str()));
+            // A prelude may name everything, as a front page may.
+            let is_free = ["main", "prelude"].contains(&own.as_str());
             assert!(
-                others.contains(&module_name.as_str()),
-                "an unknown module: {module_name}"
+                layer.is_some() || is_free,
+                "{folder}: an unknown module: {own}"
             );
-            continue;
+            layer
         };
-        for known in named_modules(&text, roots) {
-            if let Some(other) = layer_of(layers, &known) {
-                seen += 1;
-                if other < own {
-                    found.push(format!("{} knows {known}", inside.display()));
-                }
-            }
-        }
+        let imports = Package::read(&root().join(folder)).dependencies();
+        let each = imports
+            .iter()
+            .flat_map(|(from, to)| to.iter().map(move |to| (from, to)));
+        let is_upward = |&(from, to): &(_, _)| layer(to).is_some_and(|to| Some(to) < layer(from));
+        let upward: Vec<_> = each.filter(is_upward).collect();
+        assert!(upward.is_empty(), "{folder}: {upward:?}");
     }
-    assert!(
-        seen > 50,
-        "only {seen} dependencies were found: the scan is broken"
-    );
-    assert!(found.is_empty(), "\n{}\n", found.join("\n"));
+}
+
+/// Files can be read alone, or together with two others.
+#[test]
+fn circles_of_more_than_three_files_are_those_that_are_listed() {
+    for (folder, fewer, allowed) in CIRCLES {
+        let imports = Package::read(&root().join(folder)).dependencies();
+        let count: usize = imports.values().map(BTreeSet::len).sum();
+        assert!(
+            count > fewer,
+            "{folder}: only {count} imports: the scan is broken"
+        );
+        let mut circles = circles(&imports);
+        circles.retain(|circle| circle.len() > 3);
+        let sizes: Vec<_> = circles.iter().map(BTreeSet::len).collect();
+        assert_eq!(sizes, allowed, "{folder}: {circles:?}");
+    }
+}
+
+/// Sets of files of which each imports each other, through others or not; the largest first.
+fn circles(imports: &BTreeMap<Name, BTreeSet<Name>>) -> Vec<BTreeSet<&Name>> {
+    let reached = |from| {
+        let (mut seen, mut open) = (BTreeSet::new(), vec![from]);
+        while let Some(at) = open.pop() {
+            let others = imports.get(at).into_iter().flatten();
+            open.extend(others.filter(|other| seen.insert(*other)));
+        }
+        seen
+    };
+    let reached: BTreeMap<&Name, _> = imports.keys().map(|from| (from, reached(from))).collect();
+    let circles = reached.iter().map(|(from, seen)| {
+        let is_back = |to: &&Name| reached.get(to).is_some_and(|seen| seen.contains(from));
+        seen.iter().copied().filter(is_back).collect()
+    });
+    let circles: BTreeSet<BTreeSet<&Name>> = circles.collect();
+    let mut circles: Vec<_> = circles.into_iter().collect();
+    circles.sort_by_key(|circle| Reverse(circle.len()));
+    circles
 }
 
 /// Floating-point operations whose result depends on the machine, and containers without a fixed
@@ -226,191 +208,244 @@ fn the_solver_uses_nothing_that_differs_by_machine() {
     }
 }
 
-/// The modules of the solver by path (`effects::stretch`), each with its code.
-fn solver_modules() -> BTreeMap<String, String> {
-    let root = root().join("crates/solver/src");
-    let modules = files(&root).into_iter().map(|(path, text)| {
-        let path = path
-            .strip_prefix(&root)
-            .expect("below src")
-            .with_extension("");
-        let parts = path.iter().map(|part| part.to_string_lossy().into_owned());
-        let parts: Vec<_> = parts
-            .filter(|part| part != "mod" && part != "lib")
-            .collect();
-        let text = text
-            .split("#[cfg(test)]\nmod tests")
-            .next()
-            .unwrap_or_default();
-        (parts.join("::"), code(text).collect::<Vec<_>>().join("\n"))
-    });
-    modules.collect()
+/// The path of a module or an item in its package: `["effects", "bend", "Bend"]`.
+type Name = Vec<String>;
+
+/// The modules of a package, in files and in braces, without tests.
+#[derive(Default)]
+struct Package {
+    modules: BTreeMap<Name, Module>,
+    files: BTreeSet<Name>,
+    /// The module that is being read.
+    at: Name,
 }
 
-/// All paths in a use tree, as in `a::{b, c::d}`.
-pub fn paths(tree: &str) -> Vec<String> {
-    let Some((head, rest)) = tree.split_once('{') else {
-        let path: String = tree
-            .split(" as ")
-            .next()
-            .unwrap_or("")
-            .split_whitespace()
-            .collect();
-        return if path.is_empty() { vec![] } else { vec![path] };
-    };
-    let inside = rest.rsplit_once('}').map_or(rest, |(inside, _)| inside);
-    let (mut depth, mut items) = (0, vec![String::new()]);
-    for c in inside.chars() {
-        match c {
-            '{' => depth += 1,
-            '}' => depth -= 1,
-            _ => {}
-        }
-        if c == ',' && depth == 0 {
-            items.push(String::new());
-        } else if let Some(item) = items.last_mut() {
-            item.push(c);
-        }
-    }
-    let head: String = head.split_whitespace().collect();
-    let of_item = |item: &String| paths(item).into_iter();
-    let all = items.iter().flat_map(of_item);
-    all.map(|path| format!("{head}{path}")).collect()
+#[derive(Default)]
+struct Module {
+    /// What it imports, each by its name here, and whether that is also an export.
+    imports: BTreeMap<String, (Name, bool)>,
+    /// Modules of which it imports everything.
+    globs: Vec<Name>,
+    /// Paths in its code, and the first word of each and of shorter ones.
+    paths: Vec<Name>,
+    words: BTreeSet<String>,
 }
 
-/// The imports of a module: absolute paths from the root of the solver, each with whether it is
-/// re-exported.
-fn imports(module: &str, code: &str) -> Vec<(Vec<String>, bool)> {
-    let mut found = Vec::new();
-    let mut others = String::new();
-    for statement in code.split_inclusive(';') {
-        let start = statement.rfind("use ").filter(|&start| {
-            let before = &statement[..start];
-            before.is_empty() || before.ends_with([' ', '\n'])
+impl Package {
+    fn read(folder: &Path) -> Self {
+        let all = files(folder).into_iter().map(|(path, text)| {
+            let path = path
+                .strip_prefix(folder)
+                .expect("below it")
+                .with_extension("");
+            let parts = path.iter().map(|part| part.to_string_lossy().into_owned());
+            (
+                parts
+                    .filter(|part| part != "mod" && part != "lib")
+                    .collect(),
+                text,
+            )
         });
-        match start {
-            Some(start) if statement.ends_with(';') && !statement[start..].contains('(') => {
-                let line = statement[..start].lines().last().unwrap_or("");
-                let exported = line.trim_start().starts_with("pub");
-                let tree = statement[start + 4..].trim_end_matches(';');
-                found.extend(paths(tree).into_iter().map(|path| (path, exported)));
-                others.push_str(&statement[..start]);
-            }
-            _ => others.push_str(statement),
-        }
+        Self::of(all)
     }
-    // A re-export that the module does not use is not a dependency of it.
-    let is_used = |path: &str| others.contains(path.rsplit("::").next().unwrap_or(path));
-    let mut found: Vec<_> = found
-        .into_iter()
-        .map(|(path, exported)| (path.clone(), exported && !is_used(&path)))
-        .collect();
-    for root in ["crate::", "super::"] {
-        for (start, _) in others.match_indices(root) {
-            let path = others[start..].chars();
-            let path: String = path
-                .take_while(|c| c.is_alphanumeric() || "_:".contains(*c))
-                .collect();
-            found.push((path, false));
+
+    /// From its files.
+    fn of(files: impl IntoIterator<Item = (Name, String)>) -> Self {
+        let mut package = Self::default();
+        for (name, text) in files {
+            let file = syn::parse_file(&text).unwrap_or_else(|error| panic!("{name:?}: {error}"));
+            package.files.insert(name.clone());
+            package.modules.insert(name.clone(), Module::default());
+            package.at = name;
+            package.visit_file(&file);
         }
+        package
     }
-    let own: Vec<String> = module.split("::").map(str::to_owned).collect();
-    let absolute = |path: &str| {
-        let mut at = own.clone();
-        let mut parts = path.split("::").filter(|part| !part.is_empty()).peekable();
-        match parts.peek().copied() {
-            Some("crate") => {
-                parts.next();
-                at.clear();
+
+    fn here(&mut self) -> &mut Module {
+        self.modules.entry(self.at.clone()).or_default()
+    }
+
+    /// A path in the module that is being read, from the root.
+    fn absolute(&self, path: &[String]) -> Name {
+        let mut at = self.at.clone();
+        for part in path {
+            match part.as_str() {
+                "crate" => at.clear(),
+                "self" => {}
+                "super" => drop(at.pop()),
+                _ => at.push(part.clone()),
             }
-            Some("self") => {
-                parts.next();
-            }
-            _ => {}
         }
-        while parts.next_if_eq(&"super").is_some() {
-            at.pop();
-        }
-        at.extend(parts.map(str::to_owned));
-        at.retain(|part| !part.is_empty());
         at
-    };
-    let all = found.iter();
-    all.map(|(path, sign)| (absolute(path), *sign)).collect()
-}
+    }
 
-/// Dependencies between the modules of the solver.
-fn dependencies(modules: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<String>> {
-    let imports: BTreeMap<&String, _> = modules
-        .iter()
-        .map(|(module, code)| (module, imports(module, code)))
-        .collect();
-    // The origin of each re-exported name.
-    let mut signs = BTreeMap::new();
-    for (module, all) in &imports {
-        for (path, _) in all {
-            let mut name: Vec<String> = module.split("::").map(str::to_owned).collect();
-            name.retain(|part| !part.is_empty());
-            name.extend(path.last().cloned());
-            signs.insert(name, path.clone());
+    fn name(&mut self, path: &[String]) {
+        let absolute = self.absolute(path);
+        self.here().words.extend(path.first().cloned());
+        if path.len() > 1 {
+            self.here().paths.push(absolute);
         }
     }
-    let target = |path: &[String]| {
-        let mut path = path.to_vec();
-        for _ in 0..8 {
-            let known = |end: &usize| modules.contains_key(&path[..*end].join("::"));
-            let end = (0..=path.len()).rev().find(known).unwrap_or(0);
-            let sign = signs.get(path.get(..=end).unwrap_or(&[]));
-            match sign {
-                Some(from) if path[..=end] != from[..] => {
-                    path = [from, &path[end + 1..]].concat();
+
+    fn import(&mut self, tree: &UseTree, path: &[String], is_export: bool) {
+        let longer = |word: &dyn ToString| [path, &[word.to_string()]].concat();
+        let (path, alias) = match tree {
+            UseTree::Path(tree) => return self.import(&tree.tree, &longer(&tree.ident), is_export),
+            UseTree::Group(group) => {
+                let items = group.items.iter();
+                return items.for_each(|item| self.import(item, path, is_export));
+            }
+            UseTree::Glob(_) => {
+                let all = self.absolute(path);
+                return self.here().globs.push(all);
+            }
+            UseTree::Name(name) if name.ident == "self" => (path.to_vec(), path.last().cloned()),
+            UseTree::Name(name) => (longer(&name.ident), Some(name.ident.to_string())),
+            UseTree::Rename(name) => (longer(&name.ident), Some(name.rename.to_string())),
+        };
+        let import = (self.absolute(&path), is_export);
+        self.here()
+            .imports
+            .extend(alias.map(|alias| (alias, import)));
+    }
+
+    /// Names the paths in the code of a macro.
+    fn tokens(&mut self, tokens: TokenStream) {
+        let (mut path, mut colons) = (Name::new(), 0);
+        for token in tokens {
+            let is_longer = colons == 2;
+            match token {
+                TokenTree::Punct(punct) if punct.as_char() == ':' => {
+                    colons += 1;
+                    continue;
                 }
-                _ => return path[..end].join("::"),
+                TokenTree::Ident(word) if is_longer => path.push(word.to_string()),
+                TokenTree::Ident(word) => {
+                    self.name(&path);
+                    path = vec![word.to_string()];
+                }
+                TokenTree::Group(group) => self.tokens(group.stream()),
+                _ => {}
             }
+            colons = 0;
         }
-        String::new()
-    };
-    let mut dependencies = BTreeMap::new();
-    for (module, all) in imports.iter().filter(|(module, _)| !module.is_empty()) {
-        let targets = all.iter().filter(|(_, sign)| !sign);
-        let targets = targets.map(|(path, _)| target(path));
-        let targets = targets.filter(|other| !other.is_empty() && other != *module);
-        dependencies.insert((*module).clone(), targets.collect());
+        self.name(&path);
     }
-    dependencies
+
+    /// The module that defines what a path names, as far as it is in the package and re-exports lead
+    /// there in so many steps.
+    fn origin(&self, path: &[String], steps: usize) -> Option<&[String]> {
+        let known = |end| self.modules.get_key_value(&path[..end]);
+        let (at, module) = (0..=path.len()).rev().find_map(known)?;
+        let Some((name, rest)) = path[at.len()..].split_first() else {
+            return Some(at);
+        };
+        let steps = steps.checked_sub(1)?;
+        let import = module.imports.get(name).map(|(from, _)| from);
+        if let Some(from) = import.filter(|from| !from.starts_with(&path[..=at.len()])) {
+            return self.origin(&[&from[..], rest].concat(), steps);
+        }
+        let mut globs = module.globs.iter().filter(|all| *all != at);
+        let through = globs.find_map(|all| {
+            let found = self.origin(&[&all[..], &path[at.len()..]].concat(), steps);
+            found.filter(|found| !found.is_empty() && *found != all)
+        });
+        through.or(Some(at))
+    }
+
+    /// The files that each file imports, other than to re-export them; the root is not a file here.
+    fn dependencies(&self) -> BTreeMap<Name, BTreeSet<Name>> {
+        let file = |module: &[String]| {
+            let mut parents = (1..=module.len()).rev().map(|end| &module[..end]);
+            parents
+                .find(|parent| self.files.contains(*parent))
+                .map(<[_]>::to_vec)
+        };
+        let mut all = BTreeMap::<_, BTreeSet<_>>::new();
+        for (at, module) in &self.modules {
+            let Some(own) = file(at) else { continue };
+            let imports = module.imports.iter();
+            let imports =
+                imports.filter(|(name, (_, is_export))| !is_export || module.words.contains(*name));
+            let imports = imports.map(|(_, (from, _))| from);
+            let paths = imports.chain(&module.paths).chain(&module.globs);
+            let origins = paths.filter_map(|path| file(self.origin(path, 8)?));
+            let others = origins.filter(|other| *other != own);
+            all.entry(own.clone()).or_default().extend(others);
+        }
+        all
+    }
 }
 
-fn reachable<'a>(
-    from: &'a str,
-    dependencies: &'a BTreeMap<String, BTreeSet<String>>,
-) -> BTreeSet<&'a str> {
-    let mut seen = BTreeSet::new();
-    let mut open = vec![from];
-    while let Some(module) = open.pop() {
-        for other in dependencies.get(module).into_iter().flatten() {
-            if seen.insert(&**other) {
-                open.push(other);
-            }
+impl<'ast> Visit<'ast> for Package {
+    fn visit_item_mod(&mut self, item: &'ast ItemMod) {
+        if item.content.is_some() && !item.attrs.contains(&parse_quote!(#[cfg(test)])) {
+            self.at.push(item.ident.to_string());
+            self.here();
+            visit::visit_item_mod(self, item);
+            self.at.pop();
         }
     }
-    seen
+
+    fn visit_item_use(&mut self, item: &'ast ItemUse) {
+        self.import(&item.tree, &[], !matches!(item.vis, Visibility::Inherited));
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let words = path.segments.iter().map(|part| part.ident.to_string());
+        self.name(&words.collect::<Vec<_>>());
+        visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, item: &'ast Macro) {
+        self.tokens(item.tokens.clone());
+    }
+
+    /// `pub(in path)` is no import.
+    fn visit_visibility(&mut self, _: &'ast Visibility) {}
 }
 
-/// Modules of the solver can be read independently: an import cycle has at most three members.
+/// A file imports what it names by a path or in a macro, from where re-exports lead.
 #[test]
-fn the_solver_has_no_import_cycle_of_more_than_three_modules() {
-    let dependencies = dependencies(&solver_modules());
-    let count: usize = dependencies.values().map(BTreeSet::len).sum();
-    assert!(count > 200, "only {count} dependencies: the scan is broken");
-    let reach: BTreeMap<&str, _> = dependencies
-        .keys()
-        .map(|module| (&**module, reachable(module, &dependencies)))
+fn imports_are_found_through_re_exports_paths_and_macros() {
+    let files = [
+        ("", "pub use low::all::*;\npub use high::High;"),
+        (
+            "low",
+            "pub(crate) mod all {\n    pub use super::super::bend::Bend;\n}",
+        ),
+        (
+            "bend",
+            "pub struct Bend;\n#[cfg(test)]\nmod tests {\n    use crate::High;\n}",
+        ),
+        (
+            "high",
+            "pub use crate::low;\nuse crate::Bend as B;\npub struct High;",
+        ),
+        ("path", "fn f() -> crate::High {\n    todo!()\n}"),
+        ("tokens", "print!(\"{}\", crate::high::High);"),
+    ];
+    let name = |text: &str| {
+        text.split_terminator("::")
+            .map(str::to_owned)
+            .collect::<Name>()
+    };
+    let package = Package::of(files.map(|(at, text)| (name(at), text.to_owned())));
+    let found = package.dependencies();
+    let found: Vec<_> = found
+        .iter()
+        .map(|(from, to)| (from.join("::"), to.iter().flatten().collect::<Vec<_>>()))
         .collect();
-    for (module, known) in &reach {
-        let cycle: Vec<_> = known
-            .iter()
-            .filter(|other| reach.get(**other).is_some_and(|back| back.contains(module)))
-            .collect();
-        assert!(cycle.len() <= 3, "{module}: {cycle:?}");
+    let expected = [
+        ("bend", ""),
+        ("high", "bend"),
+        ("low", ""),
+        ("path", "high"),
+        ("tokens", "high"),
+    ];
+    for ((from, to), (file, imports)) in found.iter().zip(expected) {
+        assert_eq!((from.as_str(), to), (file, &name(imports).iter().collect()));
     }
+    assert_eq!(found.len(), expected.len());
 }

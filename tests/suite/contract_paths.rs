@@ -4,7 +4,7 @@
 //! re-exports that a macro makes are not seen, such as those of the effects, which are in `effect` and in
 //! `solver` on purpose.
 
-use crate::contract_layers::{code, files, paths, root};
+use crate::contract_layers::{code, files, root};
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::Path,
@@ -70,6 +70,37 @@ impl Module {
         }
         self.imports.insert(name, (path, exported));
     }
+}
+
+/// All paths in a use tree, as in `a::{b, c::d}`.
+fn paths(tree: &str) -> Vec<String> {
+    let Some((head, rest)) = tree.split_once('{') else {
+        let path: String = tree
+            .split(" as ")
+            .next()
+            .unwrap_or("")
+            .split_whitespace()
+            .collect();
+        return if path.is_empty() { vec![] } else { vec![path] };
+    };
+    let inside = rest.rsplit_once('}').map_or(rest, |(inside, _)| inside);
+    let (mut depth, mut items) = (0, vec![String::new()]);
+    for c in inside.chars() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+        if c == ',' && depth == 0 {
+            items.push(String::new());
+        } else if let Some(item) = items.last_mut() {
+            item.push(c);
+        }
+    }
+    let head: String = head.split_whitespace().collect();
+    let of_item = |item: &String| paths(item).into_iter();
+    let all = items.iter().flat_map(of_item);
+    all.map(|path| format!("{head}{path}")).collect()
 }
 
 /// The paths in a use tree, each with the name by which it is imported.

@@ -1,6 +1,7 @@
 //! `pliant run --ablate`.
 
-use super::{RunScene, notes_text, progress_bar, say, say_line};
+use super::{RunScene, progress_bar};
+use crate::command::say::{notes_text, say, say_line};
 use crate::{
     ablation::{self, Options, report},
     effect::OwnEffects,

@@ -4,27 +4,21 @@
 //! continues. If the scene cannot be built, the open one stays, and [`SceneLoaded`] carries the
 //! reason.
 
-use super::keep;
+use super::{
+    aim::{Camera, look},
+    keep,
+};
 use crate::{
     effect::{EffectRegistry, OwnEffects},
     recording::{About, Recorder, SnapshotError, open_with},
     sandbox::{
         app::time::{self, OpenScene, SceneContext},
         panel::{restart, scene_defaults},
-        render::{
-            camera::{Framed, OrbitCamera},
-            framing::Subject,
-            free_area::FreeArea,
-            orbit::Orbit,
-            stage::FloorHeight,
-        },
-        state::{
-            event::SceneLoaded,
-            view::{ViewCommand, ViewSettings},
-        },
+        render::stage::FloorHeight,
+        state::{event::SceneLoaded, view::ViewCommand},
         ui::message::Notices,
     },
-    scene::{self, BuiltScene, CameraSpec, CurrentScene, registry::SCENES},
+    scene::{self, BuiltScene, CurrentScene, registry::SCENES},
     simulation::{
         Pins, SimulationClock,
         plain::{self, lasting_bodies},
@@ -33,7 +27,6 @@ use crate::{
 use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
-    window::PrimaryWindow,
 };
 use std::{
     sync::Arc,
@@ -100,15 +93,6 @@ fn open_first(
 ) {
     opening.begin(&first.0, effects.own(), Camera::Jump);
     commands.remove_resource::<FirstScene>();
-}
-
-/// Camera motion when a scene is opened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Camera {
-    /// Moves at once.
-    Jump,
-    /// Glides.
-    Glide,
 }
 
 fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<ViewCommand>>) {
@@ -276,12 +260,6 @@ fn lost(world: &mut World, beginning: &BuiltScene) -> Vec<String> {
     lost
 }
 
-/// Points the camera at a scene that is open again.
-pub(super) fn look_again(world: &mut World, scene: &SceneContext) {
-    let hint = scene.current.scene.camera;
-    look(world, &scene.beginning, hint, Camera::Glide);
-}
-
 /// The built-in scene at an offset from the named one, with wrap-around.
 fn neighbor(name: &str, step: isize) -> &'static str {
     let here = SCENES.iter().position(|scene| scene.name == name);
@@ -297,30 +275,6 @@ fn replace(world: &mut World, built: &BuiltScene) {
     world.insert_resource(FloorHeight::of(built));
     scene::spawn(built, world);
 }
-
-/// Frames the scene from the direction that it names.
-fn look(world: &mut World, built: &BuiltScene, direction: Option<CameraSpec>, camera: Camera) {
-    let view = world.get_resource::<ViewSettings>();
-    let view = view.cloned().unwrap_or_default();
-    let mut windows = world.query_filtered::<&Window, With<PrimaryWindow>>();
-    let size = windows.single(world).map_or(WINDOW, Window::size);
-    let area = FreeArea::new(&view, size);
-    let direction = direction.map_or_else(Orbit::default, |it| Orbit::look(it.eye, it.target));
-    let points = Subject::with_motion(built).points;
-    let mut framed = Framed::default();
-    let mut cameras = world.query::<&mut OrbitCamera>();
-    let Ok(mut orbit) = cameras.single_mut(world) else {
-        return;
-    };
-    framed.begin(&mut orbit, direction, points, area);
-    if camera == Camera::Jump {
-        orbit.now = orbit.goal;
-    }
-    world.insert_resource(framed);
-}
-
-/// Size of a window that cannot be asked [px].
-const WINDOW: Vec2 = Vec2::new(1280.0, 800.0);
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,6 @@
 //! The window as an application: start-up, loading, saved settings, and output files.
 
+mod aim;
 pub mod bodies;
 mod colliders;
 pub mod display;

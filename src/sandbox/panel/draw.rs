@@ -1,28 +1,22 @@
 //! Draws the whole panel into a `Ui`.
 
 use crate::sandbox::state::request::Request;
-use bevy_egui::egui::{ComboBox, Response, ScrollArea, Ui};
+use bevy_egui::egui::{ComboBox, ScrollArea, Ui};
 
 use super::{
-    bodies, effects, energy, essentials,
+    bodies,
+    drawn::Panel,
+    effects, energy, essentials,
     model::PanelModel,
-    reference_overlay, scene,
-    search::{self, Query},
+    query::Query,
+    reference_overlay, scene, search,
     section::{self, RowButton},
     settings, world,
 };
 use crate::sandbox::{
     state::{color::ColorMode, view::SolverView},
-    ui::{WidgetRects, theme},
+    ui::theme,
 };
-
-/// Result of drawing the panel: requests of the user, refused entries and widget rectangles.
-#[derive(Debug, Default)]
-pub struct Panel {
-    requests: Vec<Request>,
-    refusals: Vec<String>,
-    places: WidgetRects,
-}
 
 impl Panel {
     /// Draws the panel into all of `ui`.
@@ -52,36 +46,6 @@ impl Panel {
             });
         panel.foot(ui, model);
         panel
-    }
-
-    /// Requests of the user, in order.
-    pub fn requests(&self) -> &[Request] {
-        &self.requests
-    }
-
-    /// Entries that were refused, each as a message with the reason.
-    pub fn refusals(&self) -> &[String] {
-        &self.refusals
-    }
-
-    /// Rectangles of the widgets.
-    pub fn places(&self) -> &WidgetRects {
-        &self.places
-    }
-
-    /// Adds a request.
-    pub(super) fn ask(&mut self, request: Request) {
-        self.requests.push(request);
-    }
-
-    /// Reports that an entry was refused.
-    pub(super) fn refuse(&mut self, message: String) {
-        self.refusals.push(message);
-    }
-
-    /// Records the rectangle of a widget.
-    pub(super) fn note(&mut self, name: impl Into<String>, response: &Response, ui: &Ui) {
-        self.places.note(name, response, ui.clip_rect());
     }
 
     /// The view options, always visible.

@@ -6,7 +6,7 @@ use bevy_egui::egui::{Color32, Label, RichText, Ui};
 use std::collections::BTreeMap;
 
 use super::{
-    Panel, PanelState,
+    Panel,
     model::EffectiveModel,
     section::{self, RowButton},
 };
@@ -27,7 +27,7 @@ const KEPT: f64 = 0.95;
 const EVERY: u64 = 10;
 
 /// Exponentially weighted sums over ticks for the selected bodies, by effect.
-#[derive(Debug, Default)]
+#[derive(Resource, Debug, Default)]
 pub(super) struct Works {
     sums: BTreeMap<&'static str, ConstraintWork>,
     /// The tick that was evaluated last.
@@ -80,7 +80,7 @@ impl Visit for Gather<'_> {
 /// belong to different times in the middle of a tick. Sleeping bodies are skipped.
 pub(super) fn gather(world: &mut World, shown: &[Entity]) {
     let tick = world.resource::<SimulationClock>().tick();
-    if !world.resource::<PanelState>().works.is_due(tick) {
+    if !world.resource::<Works>().is_due(tick) {
         return;
     }
     let h = world.resource::<SimulationSettings>().substep_seconds();
@@ -97,18 +97,12 @@ pub(super) fn gather(world: &mut World, shown: &[Entity]) {
             });
         }
     }
-    let works = &mut world.resource_mut::<PanelState>().works;
-    works.push(tick, fresh);
+    world.resource_mut::<Works>().push(tick, fresh);
 }
 
 /// The effective compliance of an effect on the selected bodies.
 pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<EffectiveModel> {
-    let effective = world
-        .resource::<PanelState>()
-        .works
-        .sums
-        .get(effect)?
-        .compliance()?;
+    let effective = world.resource::<Works>().sums.get(effect)?.compliance()?;
     let kind = ElasticKind::ALL
         .into_iter()
         .find(|kind| kind.name() == effect)?;

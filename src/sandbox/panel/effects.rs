@@ -13,7 +13,7 @@ use super::{
     Panel, effective, essentials, hands, history,
     model::{ContactModel, Done, EffectModel, GroupModel, PanelModel, Parameter},
     parameter::{self, Edit},
-    search::Query,
+    query::Query,
     section::{self, RowButton, section},
 };
 use crate::{

@@ -10,7 +10,7 @@ use egui_plot::{HLine, HoverPosition, Line};
 use std::collections::VecDeque;
 
 use super::{
-    Panel, PanelState,
+    Panel,
     figures::{UNRESOLVED, prefixed},
     history,
     model::{EnergyModel, PanelModel, StoredEnergy},
@@ -34,7 +34,7 @@ const POTENTIAL: &str = "Potential";
 
 /// What bodies held after each of the last ticks [J], of potential energy what was gained: a
 /// column a tick, the oldest first.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Resource, Debug, Clone, Default, PartialEq)]
 pub struct EnergyTrack(VecDeque<Vec<(&'static str, f32)>>);
 
 impl EnergyTrack {
@@ -54,7 +54,7 @@ impl EnergyTrack {
 /// Switches the ledger on or off.
 pub(in crate::sandbox) fn keep(world: &mut World, on: bool) {
     world.insert_resource(EnergyLedger::kept(on));
-    world.resource_mut::<PanelState>().energies = EnergyTrack::default();
+    world.insert_resource(EnergyTrack::default());
 }
 
 /// Takes in the tick that has just ended.
@@ -71,7 +71,7 @@ pub(super) fn gather(world: &mut World) {
             (name, shown as f32)
         })
         .collect();
-    let track = &mut world.resource_mut::<PanelState>().energies;
+    let mut track = world.resource_mut::<EnergyTrack>();
     if began {
         track.0.clear();
     }
@@ -124,7 +124,7 @@ pub(super) fn model(world: &World) -> Option<EnergyModel> {
         rows,
         change: ledger.change(),
         gap: ledger.gap() / largest,
-        track: world.resource::<PanelState>().energies.clone(),
+        track: world.resource::<EnergyTrack>().clone(),
     })
 }
 

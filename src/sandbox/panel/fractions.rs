@@ -1,5 +1,6 @@
 //! Fractions of the time of a tick by part, smoothed over about a second. They add up to 1.
 
+use bevy::prelude::Resource;
 use std::{collections::BTreeMap, time::Duration};
 
 /// Weight of a new tick in the smoothed times.
@@ -11,7 +12,7 @@ const FORGOTTEN: f64 = 1e-3;
 const REST: &str = "other";
 
 /// Smoothed real time by part [s].
-#[derive(Debug, Clone, Default)]
+#[derive(Resource, Debug, Clone, Default)]
 pub(super) struct Fractions(BTreeMap<&'static str, f64>);
 
 impl Fractions {

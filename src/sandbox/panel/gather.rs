@@ -5,7 +5,9 @@ use crate::sandbox::state::{selection::Selection, spawn::Spawn};
 use bevy::prelude::*;
 
 use super::{
-    PanelState, effective, energy, history,
+    effective, energy,
+    fractions::Fractions,
+    history::{self, History},
     hud::HeadUp,
     model::{
         BodyEntry, BodyState, ClockModel, ContactModel, Done, EffectModel, FileModel, GrabModel,
@@ -61,13 +63,13 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         effective::gather(world, &shown);
         energy::gather(world);
     }
-    let state = world.resource::<PanelState>();
+    let fractions = world.resource::<Fractions>();
     let registry = world.resource::<EffectRegistry>();
     let statistics = world.resource::<Statistics>();
     let effects = registry
         .iter()
         .map(|info| EffectModel {
-            fraction: state.fractions.of(info.name),
+            fraction: fractions.of(info.name),
             effective: effective::model(world, info.name, &shown),
             overpressure: overpressure(world, info.name, &shown),
             done: done(world, info.name, &shown),
@@ -76,15 +78,14 @@ pub(super) fn model(world: &mut World) -> PanelModel {
             ..effect(world, info, &bodies, &shown)
         })
         .collect();
-    let stages = state
-        .fractions
+    let stages = fractions
         .parts()
         .filter(|name| registry.get(name).is_none())
         .filter_map(|name| {
             Some(StageModel {
                 name,
                 title: stage_title(name),
-                fraction: state.fractions.of(name)?,
+                fraction: fractions.of(name)?,
             })
         })
         .collect();
@@ -116,7 +117,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         scope,
         effects,
         stages,
-        history: world.resource::<PanelState>().history.clone(),
+        history: world.resource::<History>().clone(),
         energy: energy::model(world),
         stored: StoredEnergy::from(world.resource::<Statistics>()),
         grabbed: grabbed(world),
@@ -577,7 +578,7 @@ fn push_fractions(world: &mut World) {
     let profile = world.resource::<Profile>();
     let (parts, tick) = (profile.parts().to_vec(), profile.tick());
     let by_part = profile.by_part;
-    let fractions = &mut world.resource_mut::<PanelState>().fractions;
+    let mut fractions = world.resource_mut::<Fractions>();
     if by_part && !parts.is_empty() {
         fractions.push(&parts, tick);
     } else {

@@ -6,7 +6,7 @@ use bevy_egui::egui::{
 };
 use std::collections::VecDeque;
 
-use super::{Panel, PanelState};
+use super::Panel;
 use crate::sandbox::ui::number::format;
 use crate::{
     sandbox::ui::theme,
@@ -25,7 +25,7 @@ const PARTS: usize = Stage::ALL.len() + 1;
 pub type Column = [f32; PARTS];
 
 /// The last ticks, oldest first.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Resource, Debug, Clone, Default, PartialEq)]
 pub struct History {
     columns: VecDeque<Column>,
     tick: u64,
@@ -80,7 +80,7 @@ pub(super) fn gather(world: &mut World) -> bool {
     }
     let named: f32 = column.iter().sum();
     column[PARTS - 1] += (milliseconds(profile.tick()) - named).max(0.0);
-    let history = &mut world.resource_mut::<PanelState>().history;
+    let mut history = world.resource_mut::<History>();
     if tick < history.tick {
         history.columns.clear();
     }

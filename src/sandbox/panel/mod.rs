@@ -8,6 +8,7 @@
 mod bodies;
 pub mod browser;
 mod draw;
+mod drawn;
 mod effective;
 mod effects;
 pub mod energy;
@@ -23,6 +24,7 @@ pub mod history;
 pub mod hud;
 pub mod model;
 mod parameter;
+pub mod query;
 mod reference_overlay;
 pub(in crate::sandbox) mod restart;
 mod scene;
@@ -34,7 +36,7 @@ mod spawn;
 pub mod time_strip;
 mod world;
 
-pub use draw::Panel;
+pub use drawn::Panel;
 pub use model::{Addition, Additions, PanelModel};
 pub use scene_defaults::{SceneDefaults, SceneSettings};
 
@@ -63,19 +65,6 @@ use crate::sandbox::{
 };
 use crate::simulation::{Measuring, Profile};
 
-/// State of the panel.
-#[derive(Resource, Debug, Default)]
-pub struct PanelState {
-    /// Fractions of the time by effect and stage.
-    fractions: fractions::Fractions,
-    /// Effective compliance of the last ticks, by effect.
-    works: effective::Works,
-    /// Time of the last ticks by part.
-    history: history::History,
-    /// Energy of the bodies after the last ticks.
-    energies: energy::EnergyTrack,
-}
-
 /// Rectangles of the panel's widgets, for the journal.
 #[derive(Resource, Debug, Default, Deref)]
 pub struct PanelRects(WidgetRects);
@@ -85,7 +74,10 @@ pub struct PanelPlugin;
 
 impl Plugin for PanelPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PanelState>()
+        app.init_resource::<fractions::Fractions>()
+            .init_resource::<effective::Works>()
+            .init_resource::<history::History>()
+            .init_resource::<energy::EnergyTrack>()
             .init_resource::<Selection>()
             .init_resource::<Additions>()
             .init_resource::<PanelRects>()
@@ -138,9 +130,9 @@ pub(in crate::sandbox) fn show_held(
 }
 
 /// Clears measurements when the selection changes.
-fn forget_what_was_shown(selection: Res<Selection>, mut state: ResMut<PanelState>) {
+fn forget_what_was_shown(selection: Res<Selection>, mut works: ResMut<effective::Works>) {
     if selection.is_changed() {
-        state.works.clear();
+        works.clear();
     }
 }
 

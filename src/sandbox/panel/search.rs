@@ -3,39 +3,10 @@
 use bevy_egui::egui::{Button, Key, Label, RichText, TextEdit, Ui};
 
 use super::{
-    Panel, bodies, effects, energy, hands,
-    model::{PanelModel, Parameter},
-    section, settings, world,
+    Panel, bodies, effects, energy, hands, model::PanelModel, query::Query, section, settings,
+    world,
 };
 use crate::sandbox::{state::request::Request, ui::theme};
-
-/// The words of a search.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Query(Vec<String>);
-
-impl Query {
-    /// The words of a text; `None` without any.
-    #[must_use]
-    pub fn new(text: &str) -> Option<Self> {
-        let text = text.to_lowercase();
-        let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-        (!words.is_empty()).then_some(Self(words))
-    }
-
-    /// Whether every word is part of one of the texts.
-    #[must_use]
-    pub fn matches(&self, texts: &[&str]) -> bool {
-        let texts: Vec<String> = texts.iter().map(|text| text.to_lowercase()).collect();
-        let found = |word: &String| texts.iter().any(|text| text.contains(word));
-        self.0.iter().all(found)
-    }
-
-    /// Whether a parameter matches by its name, its title or its description.
-    #[must_use]
-    pub fn finds(&self, parameter: &Parameter) -> bool {
-        self.matches(&[parameter.name, parameter.title, parameter.help])
-    }
-}
 
 /// Draws the search field while it is open.
 pub fn field(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {

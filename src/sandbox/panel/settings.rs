@@ -6,7 +6,7 @@ use super::{
     Panel,
     model::PanelModel,
     parameter::title_width,
-    search::Query,
+    query::Query,
     section::{self, RowButton, section},
 };
 use crate::sandbox::{

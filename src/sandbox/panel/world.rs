@@ -8,7 +8,7 @@ use super::{
     Panel,
     model::{PanelModel, Parameter},
     parameter::{self, Edit},
-    search::Query,
+    query::Query,
     section::{self, folded_section},
 };
 use crate::sandbox::{

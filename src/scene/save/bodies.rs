@@ -3,7 +3,7 @@
 use super::{BuiltBody, Definition, MeshSource, colliders::color, pose};
 use crate::{
     effect::OwnEffect,
-    scene::{BodySpec, BuiltScene, Look, Material, SceneEffects, StitchTo, VertexSelection, build},
+    scene::{BodySpec, BuiltScene, Look, Material, SceneEffects, StitchTo, VertexSelection},
     solver::{Body, Effects, GroupName, Topology, VertexIndex},
 };
 use glam::Vec3;
@@ -40,7 +40,7 @@ impl Definition {
             if let Some(built) = one.built {
                 let mut spec = self.changed(built, one, now, reasons);
                 if copies == 1 && self.scene.bodies[built.spec].copies.is_some() {
-                    spec.position = build::places(&self.scene.bodies[built.spec])[built.copy];
+                    spec.position = self.scene.bodies[built.spec].places()[built.copy];
                     spec.copies = None;
                     spec.groups = groups(&built.body.topology);
                     spec.name = one.body.name.clone();

@@ -1,6 +1,6 @@
 //! Bodies whose structure changes: they tear, and grains appear.
 
-use super::*;
+use super::common::*;
 use crate::{
     mesh::{GrainRegion, Primitive},
     solver::{

@@ -1,6 +1,6 @@
 //! Isolation: what happens to one body must not affect another.
 
-use super::*;
+use super::common::*;
 use glam::Vec3;
 
 fn members(times: u32) -> Vec<Member> {

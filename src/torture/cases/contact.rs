@@ -1,6 +1,6 @@
 //! Plates, impacts, grabs, and bodies that start inside a collider.
 
-use super::*;
+use super::common::*;
 use crate::solver::{
     Collide, Collider, ColliderShape, Grab, Ground, ParticleIndex, Path, Pose, SurfacePoint,
 };

@@ -1,6 +1,6 @@
 //! Effects other than edges and volumes.
 
-use super::*;
+use super::common::*;
 use crate::solver::{
     Damping, Effects, FlexuralRigidity, Frequency, IsometricBend, Membrane, MembraneCompliance,
     NeoHookean, Plasticity, Pressure, RegionSize, ShapeMatching, Stiffness, StrainLimit, Struts,

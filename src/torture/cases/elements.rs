@@ -1,6 +1,6 @@
 //! Single elements.
 
-use super::*;
+use super::common::*;
 use crate::solver::deform::{Deformation, deform};
 
 /// Number of iterations within which a single element must recover.

@@ -1,6 +1,6 @@
 //! Large mass and stiffness ratios, fully rigid and very soft bodies, infeasible constraints.
 
-use super::*;
+use super::{common::*, time};
 use crate::solver::{
     Compliance, Iterations, Mass, SmoothingIterations, Stiffness, Stretch, VertexIndex, Volume,
 };

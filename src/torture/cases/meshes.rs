@@ -1,6 +1,6 @@
 //! Defective meshes.
 
-use super::*;
+use super::common::*;
 use crate::solver::{
     RestShape,
     deform::{Deformation, deform},

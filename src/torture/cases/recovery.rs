@@ -1,6 +1,6 @@
 //! Deformed bodies that must recover their rest shape.
 
-use super::*;
+use super::common::*;
 use crate::solver::deform::Deformation;
 use std::f64::consts::PI;
 

@@ -1,7 +1,7 @@
 //! Invariance: the result must not depend on orientation, position, size, or the order of vertices
 //! and constraints.
 
-use super::*;
+use super::common::*;
 use crate::solver::{Direct, RestShape, VertexIndex, deform::Random};
 use glam::{Mat3, Vec3};
 

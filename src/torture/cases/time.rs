@@ -1,6 +1,6 @@
 //! Long, short and unequal time steps; coming to rest; long runs.
 
-use super::*;
+use super::common::*;
 use crate::solver::{
     Ground, Rate, RollingResistance, Substeps,
     deform::{Deformation, deform},

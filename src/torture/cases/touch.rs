@@ -1,6 +1,6 @@
 //! Bodies that touch each other or themselves.
 
-use super::*;
+use super::{common::*, contact};
 use crate::solver::{
     Collide, Contact, Damping, Grab, Ground, ParticleIndex, Path, RecoverySpeed, Rod, RodRadius,
     SelfContact, SurfacePoint, VertexIndex, YoungsModulus,

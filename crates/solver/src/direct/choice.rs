@@ -27,7 +27,6 @@
 use super::{DirectWorkspace, Status, Workspace, elimination, plan::LARGE, unfit_effects, work_in};
 use crate::{
     Effects, ElasticKind, Settings, Topology, TopologyId,
-    effective::MAX_SUBSTEPS,
     elastic::{Elastic, Point, Row, Visit},
     history::STEP_FRACTION,
     measure::{FNV_START, fnv1a_on},
@@ -35,6 +34,8 @@ use crate::{
 };
 use glam::DVec3;
 
+/// Substeps per tick beyond which no error is extrapolated.
+const MAX_SUBSTEPS: u32 = 1000;
 /// Measured solver error over the mean of the module.
 const MEASURED: f64 = 0.5;
 /// Nanoseconds of a body per substep by Gauss–Seidel.

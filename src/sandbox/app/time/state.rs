@@ -4,7 +4,7 @@
 use crate::{
     recording::{About, Recorder, Snapshot},
     sandbox::{
-        app::load,
+        app::aim,
         input::drag::Drag,
         lab::reference_overlay::{ReferenceCommand, ReferenceOverlay},
         panel::{SceneDefaults, SceneSettings, energy},
@@ -214,5 +214,5 @@ fn reopen(world: &mut World, scene: &Arc<SceneContext>) {
     built.places = Some(scene.orders.clone());
     let about = About::from(&scene.current);
     Recorder::scene_returned(world, Snapshot { about, built });
-    load::look_again(world, scene);
+    aim::look_again(world, scene);
 }
