@@ -82,7 +82,7 @@ impl Budget {
                 // Newton's method converges in its first step.
                 let iterations = match method {
                     Method::Direct => &iterations[..1],
-                    Method::Xpbd | Method::Pbd | Method::Iterated => &iterations[..],
+                    Method::Xpbd | Method::Pbd => &iterations[..],
                 };
                 all.extend(iterations.iter().map(|&iterations| Setting {
                     method,
@@ -137,7 +137,7 @@ impl Case {
         // The factorization of a slender body takes about as long as this many iterations.
         let iterations = match setting.method {
             Method::Direct => 32,
-            Method::Xpbd | Method::Pbd | Method::Iterated => 1,
+            Method::Xpbd | Method::Pbd => 1,
         };
         let substep =
             iterations * u64::from(setting.iterations) * each + 2 * self.particles() as u64 + 16;

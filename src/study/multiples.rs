@@ -266,10 +266,6 @@ fn mark((x, y): (f64, f64), method: Method, settled: bool) -> String {
             x - 3.0,
             y - 3.0
         ),
-        Method::Iterated => format!(
-            "<path {class} d=\"M{x:.1} {:.1}l3.6 3.6l-3.6 3.6l-3.6 -3.6z\"/>",
-            y - 3.6
-        ),
     }
 }
 

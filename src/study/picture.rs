@@ -164,7 +164,6 @@ fn mark<'a, C: Clone + 'static>(
         Method::Xpbd => COLORS[0],
         Method::Pbd => COLORS[1],
         Method::Direct => COLORS[2],
-        Method::Iterated => COLORS[4],
     };
     let style = if settled {
         color.filled()
@@ -175,7 +174,5 @@ fn mark<'a, C: Clone + 'static>(
         Method::Xpbd => Circle::new(at, 4, style).into_dyn(),
         Method::Pbd => TriangleMarker::new(at, 5, style).into_dyn(),
         Method::Direct => Cross::new(at, 4, style).into_dyn(),
-        // Upside down.
-        Method::Iterated => TriangleMarker::new(at, -5, style).into_dyn(),
     }
 }

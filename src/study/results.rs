@@ -276,7 +276,7 @@ fn point(
         Some((time, Spread::of(time.ms_per_second.clone())))
     };
     let predicted = match setting.method {
-        Method::Xpbd | Method::Direct | Method::Iterated => case
+        Method::Xpbd | Method::Direct => case
             .problem
             .reference
             .predicted(h, case.world.settings.order),

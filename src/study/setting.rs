@@ -1,8 +1,8 @@
 //! A solver setting: method, substeps and iterations.
 
 use crate::solver::{
-    self, Body, Compliance, Direct, Fraction, InvalidValue, Iterations, RodSolver, Stiffness,
-    Substeps, World, direct,
+    self, Body, Compliance, Direct, Fraction, InvalidValue, Iterations, Stiffness, Substeps, World,
+    direct,
     effects::elastic::{Elastic, Visit},
 };
 use serde::{Deserialize, Serialize};
@@ -20,13 +20,11 @@ pub enum Method {
     /// XPBD's equations solved directly, one Newton step per iteration; for slender solids, through
     /// which Gauss–Seidel propagates a load slowly.
     Direct,
-    /// XPBD with [iterated](RodSolver::Iterated) rods, which the scene solves directly.
-    Iterated,
 }
 
 impl Method {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Xpbd, Self::Pbd, Self::Direct, Self::Iterated];
+    pub const ALL: [Self; 3] = [Self::Xpbd, Self::Pbd, Self::Direct];
 
     /// Its name in reports and commands.
     #[must_use]
@@ -35,7 +33,6 @@ impl Method {
             Self::Xpbd => "xpbd",
             Self::Pbd => "pbd",
             Self::Direct => "direct",
-            Self::Iterated => "iterated",
         }
     }
 
@@ -57,12 +54,6 @@ impl Method {
                     body.effects.direct = Some(Direct::default());
                 }
             }
-            Self::Iterated => {
-                let bodies = world.bodies.iter_mut();
-                for rod in bodies.filter_map(|body| body.effects.rod.as_mut()) {
-                    rod.solver = RodSolver::Iterated;
-                }
-            }
         }
     }
 
@@ -75,10 +66,6 @@ impl Method {
             Self::Direct => {
                 let method = world.settings.method;
                 world.bodies.iter().any(|body| can_be_direct(body, method))
-            }
-            Self::Iterated => {
-                let mut rods = world.bodies.iter().filter_map(|body| body.effects.rod);
-                rods.any(|rod| rod.solver == RodSolver::Direct)
             }
         }
     }

@@ -145,7 +145,6 @@ mod solver_resolution;
 mod solver_rigid;
 mod solver_rod;
 mod solver_rod_clamp;
-mod solver_rod_sweep;
 mod solver_rod_twist;
 mod solver_rolling;
 mod solver_second_order;

@@ -59,7 +59,7 @@ pub(crate) mod all {
             ground::{Ground, StickyGround},
             multiplier::ContactMultiplier,
         },
-        rod::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodLink, RodShape, RodSolver, RodState},
+        rod::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, Rod, RodLink, RodShape, RodState},
         shape_matching::{ShapeMatching, ShapeMatchingState},
         sink::Sink,
         stitches::{Stitch, StitchEnd, StitchError, Stitches},

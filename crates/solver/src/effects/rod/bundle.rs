@@ -17,13 +17,10 @@
     reason = "iterators and copies of arrays of lanes go through memory: twice the time"
 )]
 
-mod sweep;
-
 use super::{
     clamp::carried,
     elimination::SINGULAR,
     shape::Rest as RestChains,
-    solver::RodSolver,
     system::{Errors, Pass},
 };
 use crate::{
@@ -349,13 +346,8 @@ impl SimdWork for Iteration<'_, '_> {
             if pass.first {
                 begin(simd, bundle, moving, &piece, pass);
             }
-            match pass.solver {
-                RodSolver::Direct => {
-                    eliminate(simd, &bundle.rest, moving, factors, pass);
-                    substitute(simd, &bundle.rest, moving, factors, pass);
-                }
-                RodSolver::Iterated => sweep::sweep(simd, bundle, moving, pass),
-            }
+            eliminate(simd, &bundle.rest, moving, factors, pass);
+            substitute(simd, &bundle.rest, moving, factors, pass);
             if pass.last {
                 end(simd, moving, pass);
             }
@@ -1070,7 +1062,7 @@ mod tests {
         (topology, particles)
     }
 
-    fn pass(solver: RodSolver) -> Pass {
+    fn pass() -> Pass {
         Pass {
             h: 1e-3,
             compliant: 1e-3,
@@ -1080,7 +1072,6 @@ mod tests {
             section: Section::circle(5e-3, 1e6, 0.3),
             damping: 0.01,
             turns: [0.01, -0.02],
-            solver,
         }
     }
 
@@ -1104,7 +1095,6 @@ mod tests {
     }
 
     fn in_lanes(
-        solver: RodSolver,
         instructions: Instructions,
         chosen: &dyn Fn(&RestChains) -> Vec<Bundle>,
     ) -> Particles {
@@ -1125,7 +1115,7 @@ mod tests {
             |particles| {
                 instructions.run(Iteration {
                     bundles: &mut bundles,
-                    pass: &pass(solver),
+                    pass: &pass(),
                     piece: Piece {
                         part: particles.as_part(),
                         first_particle: 0,
@@ -1140,35 +1130,27 @@ mod tests {
         particles
     }
 
-    const SOLVERS: [RodSolver; 2] = [RodSolver::Direct, RodSolver::Iterated];
-
     #[test]
     fn neither_the_instruction_set_nor_the_other_lanes_change_a_bit() {
-        for solver in SOLVERS {
-            let expected = in_lanes(solver, Instructions::default(), &all);
-            for instructions in Instructions::all() {
-                let found = in_lanes(solver, instructions, &all);
-                assert_eq!(found, expected, "{instructions:?}");
-            }
-            let alone = |chains: &RestChains| -> Vec<Bundle> {
-                let mut order: Vec<usize> = (0..chains.ranges.len()).collect();
-                order.sort_by_key(|&chain| std::cmp::Reverse(chains.ranges[chain].len()));
-                order
-                    .into_iter()
-                    .map(|chain| Bundle::of(chains, &[chain]))
-                    .collect()
-            };
-            assert_eq!(in_lanes(solver, Instructions::default(), &alone), expected);
+        let expected = in_lanes(Instructions::default(), &all);
+        for instructions in Instructions::all() {
+            let found = in_lanes(instructions, &all);
+            assert_eq!(found, expected, "{instructions:?}");
         }
+        let alone = |chains: &RestChains| -> Vec<Bundle> {
+            let mut order: Vec<usize> = (0..chains.ranges.len()).collect();
+            order.sort_by_key(|&chain| std::cmp::Reverse(chains.ranges[chain].len()));
+            order
+                .into_iter()
+                .map(|chain| Bundle::of(chains, &[chain]))
+                .collect()
+        };
+        assert_eq!(in_lanes(Instructions::default(), &alone), expected);
     }
 
     #[test]
     fn the_lanes_solve_the_equations_of_the_reference() {
-        SOLVERS.into_iter().for_each(the_lanes_are_the_reference);
-    }
-
-    fn the_lanes_are_the_reference(solver: RodSolver) {
-        let found = in_lanes(solver, Instructions::default(), &all);
+        let found = in_lanes(Instructions::default(), &all);
         let (topology, mut particles) = chains();
         let chains = shape(&topology);
         let mut system = System::new(chains, particles.len());
@@ -1187,7 +1169,7 @@ mod tests {
                     x: state.predicted(i as usize),
                     w: state.positions[i as usize].w.into(),
                 };
-                system.iterate(&pass(solver), at, |i| state.position(i as usize));
+                system.iterate(&pass(), at, |i| state.position(i as usize));
                 let mut part = particles.as_part();
                 for (i, &by) in system.moves.iter().enumerate() {
                     if by != DVec3::ZERO {

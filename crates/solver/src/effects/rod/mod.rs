@@ -6,13 +6,10 @@ mod elimination;
 mod link;
 mod pieces;
 mod shape;
-mod solver;
-mod sweep;
 mod system;
 
 pub use link::RodLink;
 pub use shape::{MAX_MEETING_EDGES, MAX_RINGS, NotARod, RodShape};
-pub use solver::RodSolver;
 
 use super::body_effect::{
     BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Store,
@@ -113,9 +110,8 @@ pub struct Rod {
     /// particle, so that equal rates turn the rod as a shaft; default 0.
     pub turn_end: TurnRate,
     /// Damping τ [s], see [`Multipliers`](crate::effects::Multipliers); default 0.
+    #[serde(with = "in_snapshots")]
     pub damping: Damping,
-    /// How its equations are solved; default directly.
-    pub solver: RodSolver,
 }
 
 /// State of a rod from iteration to iteration, derived from its topology and its particles.
@@ -383,7 +379,6 @@ impl Rod {
             relaxation,
             section: self.section(),
             damping: self.damping.get().into(),
-            solver: self.solver,
             turns: [self.turn_start, self.turn_end].map(half),
         }
     }
@@ -574,5 +569,28 @@ impl BodyEffect for Rod {
             size_of::<RodState>() + systems + bundles + state.scratch.bytes()
         };
         state.as_deref().map_or(0, bytes)
+    }
+}
+
+/// The damping; in snapshots a byte follows it, which is 0.
+mod in_snapshots {
+    use crate::Damping;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(damping: &Damping, to: S) -> Result<S::Ok, S::Error> {
+        match to.is_human_readable() {
+            true => damping.serialize(to),
+            false => (damping, 0_u8).serialize(to),
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Damping, D::Error> {
+        if from.is_human_readable() {
+            return Damping::deserialize(from);
+        }
+        match <(Damping, u8)>::deserialize(from)? {
+            (damping, 0) => Ok(damping),
+            _ => Err(D::Error::custom("a rod with an unknown solver")),
+        }
     }
 }

@@ -7,7 +7,6 @@ use super::{
     clamp::carried,
     elimination::Elimination,
     shape::{Rest, RestJoint},
-    solver::RodSolver,
 };
 use crate::SegmentState;
 use glam::{DMat3, DQuat, DVec3};
@@ -42,8 +41,6 @@ pub struct Pass {
     /// Rotation of the clamped first and last segment of each chain about their axes in a substep,
     /// as the tangent of half the angle.
     pub turns: [f64; 2],
-    /// How the equations are solved.
-    pub solver: RodSolver,
 }
 
 impl Pass {
@@ -177,10 +174,7 @@ impl System {
             self.lambdas.fill([DVec3::ZERO; 2]);
         }
         self.moves.fill(DVec3::ZERO);
-        match pass.solver {
-            RodSolver::Direct => self.solve(pass, &at),
-            RodSolver::Iterated => self.sweep(pass, &at),
-        }
+        self.solve(pass, &at);
         if pass.last {
             for (segment, predicted) in self.segments.iter_mut().zip(&self.predictions) {
                 let turn = segment.orientation * predicted.orientation.conjugate();
