@@ -163,16 +163,24 @@ impl<T> Column<T> {
         self.len
     }
 
-    /// A part of the column; empty if the column is shorter.
+    /// A part of the column; empty if the column is, as one that is not needed.
+    ///
+    /// # Panics
+    /// If the column is shorter and not empty.
     ///
     /// # Safety
     /// The column is still borrowed; during the lifetime of the part, no overlapping part is
     /// requested.
     #[allow(clippy::mut_from_ref, reason = "the caller's promise")]
     pub unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
-        if range.start > range.end || range.end > self.len {
+        if self.len == 0 {
             return &mut [];
         }
+        assert!(
+            range.start <= range.end && range.end <= self.len,
+            "{range:?} of a column of {}",
+            self.len
+        );
         // SAFETY: in bounds; not aliased by the caller's promise.
         unsafe { slice::from_raw_parts_mut(self.start.add(range.start), range.len()) }
     }
