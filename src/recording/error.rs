@@ -133,7 +133,7 @@ pub enum RecordingError {
     },
     /// The file has another format version.
     #[error(
-        "{path}: recording format version {found} is not supported; this program reads versions 1 to {known}"
+        "{path}: recording format version {found} is not supported; this program reads version {known}"
     )]
     Version {
         /// The file.

@@ -8,8 +8,7 @@ use crate::{
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the format. Version 2 added `Early`, version 3 `State`, version 4 the actions on pins,
-/// patches and colliders, version 5 that on the group of a force mask; earlier ones are still read.
+/// Version of the format; others are not read.
 pub const VERSION: u32 = 5;
 
 /// The header line.

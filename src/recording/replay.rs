@@ -150,7 +150,10 @@ fn head(path: &Path, text: &str) -> Result<String, RecordingError> {
         path: path.to_owned(),
     })?;
     match head {
-        Head::Recording { version, program } if (1..=VERSION).contains(&version) => Ok(program),
+        Head::Recording {
+            version: VERSION,
+            program,
+        } => Ok(program),
         Head::Recording { version, .. } => Err(RecordingError::Version {
             path: path.to_owned(),
             found: version,

@@ -81,7 +81,7 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-/// Other versions are not read. Version 20 has the sleep settings of each body.
+/// Other versions are not read.
 const VERSION: u32 = 20;
 const HEAD: usize = 28;
 
