@@ -62,7 +62,7 @@ fn rubber() {
             poisson_ratio: PoissonRatio::of(0.45),
             damping: Damping::of(0.02), // s
         },
-        Direct::default(),
+        Direct,
     );
     let load = end(0).map(|vertex| (VertexIndex(vertex), Mass::of(1.0 / 9.0))); // kg
     let load = AddedMass(load.collect());
@@ -131,7 +131,7 @@ fn rope() {
             damping: Damping::of(0.1),              // s
             ..default()
         },
-        Direct::default(),
+        Direct,
     );
     let load = AddedMass(vec![(VertexIndex(16), Mass::of(80.0))]); // kg
     run("rope", [10, 1], body, (effects, load), None);
@@ -273,7 +273,7 @@ fn paper() {
             stiffness: FlexuralRigidity::of(3.6e-4), // N·m
             damping: Damping::of(0.02),              // s
         },
-        Direct::default(),
+        Direct,
         Drag {
             linear: Coefficient::of(2.0), // 1/s
             ..default()

@@ -78,7 +78,7 @@
 //! | [`ShapeMatching`](effect::ShapeMatching) | D² = Σ m‖x−g‖² of regions from their goals g [m √kg] | frequency Hz, region m, damping s |
 //! | [`Pressure`](effect::Pressure) | p = K(fV₀/V−1) within a closed surface [Pa] | filling f, bulk modulus K Pa |
 //! | [`Rod`](effect::Rod) | C = x₁−x₀−l d₃ [m] and Im(q̄₀q₁) − Im(Ω₀) of edges | E Pa, ν, radius m, EI and GJ N·m², curl, twist rad/m, τ s |
-//! | [`Direct`](effect::Direct) | edges, hinges, triangles and tetrahedra solved as one system instead of by Gauss–Seidel | tolerance |
+//! | [`Direct`](effect::Direct) | edges, hinges, triangles and tetrahedra solved as one system instead of by Gauss–Seidel | |
 //! | [`Tethers`](effect::Tethers) | limit on the distance of a particle from its nearest pin: that at rest | slack |
 //! | [`Plasticity`](effect::Plasticity) | strain beyond the yield strain becomes permanent | yields and limits, creep 1/s |
 //! | [`Tear`](effect::Tear) | elements that carry too much break | toughness J/m², force N, strain |

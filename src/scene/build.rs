@@ -195,7 +195,7 @@ impl Scene {
             if number == 0
                 && body.effects.direct.is_some()
                 && let Some(reason) =
-                    direct::refused(&topology, &body.effects, built.world.settings.method)
+                    direct::unfit(&topology, &body.effects, built.world.settings.method)
             {
                 return Err(spec.wrong(format!("cannot use the direct solver: {reason}")));
             }

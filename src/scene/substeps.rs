@@ -103,20 +103,13 @@ fn softness(body: &Body, settings: &Settings, substeps: u32) -> String {
     };
     let excess = excess(body, stretch, settings, substeps);
     let is_known = excess.is_finite() && excess > CLOSE - 1.0;
-    if !is_known || settings.iterations.get() > 1 || is_direct(body, settings) {
+    if !is_known || settings.iterations.get() > 1 || body.effects.is_direct(settings.method) {
         return String::new();
     }
     format!(
         "; edges are about {:.1}× as soft as set (use more substeps or a higher compliance)",
         1.0 + excess
     )
-}
-
-/// Whether the next tick solves a body directly.
-fn is_direct(body: &Body, settings: &Settings) -> bool {
-    let mut body = body.clone();
-    body.choose_solver(settings);
-    body.effects.is_direct(settings.method)
 }
 
 /// Estimated excess of the effective over the requested compliance of the edges, relative to it;

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     effect::Grabs,
     solver::{
-        Body, Cut, Density, Direct, EffectStates, Effects, ExternalForce, Grab, Particles,
+        Body, Cut, Density, EffectStates, ExternalForce, Grab, Particles,
         Quarantine, RestShape, Stitches, Substep, Topology,
         advance::{Stage, StepContext, Watch},
         ledger::Ledger,
@@ -172,15 +172,14 @@ impl Staged {
     }
 }
 
-/// A body that the solver has woken, put to sleep or into quarantine, or of which it has changed effects that
-/// are components: as it is now.
+/// A body that the solver has woken, put to sleep or into quarantine, or of which it has moved the grab: as it
+/// is now.
 #[derive(Debug)]
 pub(super) struct Turned {
     pub body: Entity,
     pub is_asleep: bool,
     pub quarantine: Option<Quarantine>,
     pub grab: Option<Grab>,
-    pub direct: Option<Direct>,
 }
 
 /// Room for the bodies while the solver has them, by their numbers.
@@ -253,18 +252,16 @@ impl Bodies<'_, '_> {
                 continue;
             };
             parts.take_back(body);
-            let Effects { grab, direct, .. } = body.effects;
+            let grab = body.effects.grab;
             let is_turned = parts.is_asleep != body.asleep
                 || parts.quarantine.is_some() != body.quarantine.is_some()
-                || parts.carried.grab.copied() != grab
-                || parts.carried.direct.copied() != direct;
+                || parts.carried.grab.copied() != grab;
             if is_turned {
                 turned.push(Turned {
                     body: entity,
                     is_asleep: body.asleep,
                     quarantine: body.quarantine.take(),
                     grab,
-                    direct,
                 });
             }
         }

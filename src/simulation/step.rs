@@ -13,7 +13,7 @@ use super::{
 use crate::{
     effect::{self, EffectRegistry, Grabs},
     solver::{
-        Collider, Direct, Grab, Instructions, Particles, Settings, Substep, Threads,
+        Collider, Grab, Instructions, Particles, Settings, Substep, Threads,
         advance::{Stage, StepContext},
         contact::{Swept, SweptCollider},
         rest::SleepSettings,
@@ -399,10 +399,6 @@ pub(super) fn turn(world: &mut World, turned: Vec<Turned>) {
             true if !body.contains::<Asleep>() => drop(body.insert(Asleep)),
             false if body.contains::<Asleep>() => drop(body.remove::<Asleep>()),
             _ => {}
-        }
-        if let Some(mut direct) = body.get_mut::<Direct>() {
-            // Derived: no change, which would wake the body.
-            *direct.bypass_change_detection() = it.direct.unwrap_or(*direct);
         }
         match it.grab {
             Some(grab) => {

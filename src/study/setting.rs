@@ -51,7 +51,7 @@ impl Method {
                 let method = world.settings.method;
                 let bodies = world.bodies.iter_mut();
                 for body in bodies.filter(|body| can_be_direct(body, method)) {
-                    body.effects.direct = Some(Direct::default());
+                    body.effects.direct = Some(Direct);
                 }
             }
         }

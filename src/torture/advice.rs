@@ -133,12 +133,8 @@ fn solve_directly(world: &mut World) -> bool {
     let mut any = false;
     for body in &mut world.bodies {
         let fits = direct::unfit(&body.topology, &body.effects, method).is_none();
-        let is_always = body
-            .effects
-            .direct
-            .is_some_and(|it| it.tolerance.get() == 0.0);
-        if fits && !is_always {
-            body.effects.direct = Some(Direct::ALWAYS);
+        if fits && body.effects.direct.is_none() {
+            body.effects.direct = Some(Direct);
             any = true;
         }
     }

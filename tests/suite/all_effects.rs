@@ -93,7 +93,7 @@ impl Sample for Direct {
     const ON: On = On::Solid;
 
     fn sample(_: Damping) -> Self {
-        Self::ALWAYS
+        Self
     }
 }
 

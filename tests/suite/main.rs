@@ -107,7 +107,6 @@ mod simulation_sleep;
 mod simulation_surfaces;
 mod solver_bend;
 mod solver_body_emitter;
-mod solver_choice;
 mod solver_closed_forms;
 mod solver_collider;
 mod solver_collision_iterations;

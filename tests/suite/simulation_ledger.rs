@@ -74,7 +74,7 @@ fn a_restored_state_has_the_energy_of_the_captured_one() {
 #[test]
 fn the_ledger_separates_the_work_of_the_direct_solver_by_cause() {
     let effects = Effects {
-        direct: Some(Direct::default()),
+        direct: Some(Direct),
         ..elastic_on_ground()
     };
     let mut cube = with(body("cube", cube(0.3, 3), 300.0), effects);

@@ -176,7 +176,7 @@ fn sleeping_cube(cells: u32, effects: Effects) -> (App, Entity) {
 fn a_parameter_that_stops_another_effect_is_refused_and_wakes_nothing() {
     let effects = Effects {
         neo_hookean: Some(NeoHookean::default()),
-        direct: Some(Direct::ALWAYS),
+        direct: Some(Direct),
         ..Effects::default()
     };
     let (mut app, body) = sleeping_cube(2, effects);
@@ -215,7 +215,7 @@ fn a_parameter_that_stops_another_effect_is_refused_and_wakes_nothing() {
 #[test]
 fn an_effect_that_stops_another_one_is_not_added_and_wakes_nothing() {
     let effects = Effects {
-        direct: Some(Direct::ALWAYS),
+        direct: Some(Direct),
         ..Effects::default()
     };
     let add = |body| Action::AddEffect {
@@ -249,7 +249,7 @@ fn an_effect_that_stops_another_one_is_not_added_and_wakes_nothing() {
 fn an_unfit_body_can_be_changed() {
     let effects = Effects {
         stretch: Some(Stretch::default()),
-        direct: Some(Direct::ALWAYS),
+        direct: Some(Direct),
         ..Effects::default()
     };
     let (mut app, body) = sleeping_cube(24, effects);

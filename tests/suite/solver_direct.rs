@@ -22,7 +22,7 @@ use pliant::{
     },
 };
 
-const DIRECT: Option<Direct> = Some(Direct::ALWAYS);
+const DIRECT: Option<Direct> = Some(Direct);
 
 fn directly(effects: Effects) -> Effects {
     Effects {

@@ -47,7 +47,7 @@ fn capstan(iterations: u32) -> (World, f64) {
     rope.pins = [last].map(VertexIndex).to_vec();
     rope.update_masses();
     rope.effects.stretch = damped(COMPLIANCE);
-    rope.effects.direct = Some(Direct::default());
+    rope.effects.direct = Some(Direct);
     rope.effects.collide = Some(Collide {
         friction: Friction::new(FRICTION as f32).expect("sound"),
         ..Collide::default()

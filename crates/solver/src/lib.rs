@@ -123,7 +123,7 @@ pub use quantity::{
     KeepSpin, Length, Lifetime, Mass, MembraneCompliance, Order, PieceSize, PlasticLimit,
     PoissonRatio, Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius,
     RollingResistance, SectionStiffness, Seed, Slack, SmoothingIterations, Stiffness, Strain,
-    Substeps, Thickness, Tolerance, Toughness, TurnRate, Twist, Yield, YoungsModulus,
+    Substeps, Thickness, Toughness, TurnRate, Twist, Yield, YoungsModulus,
 };
 pub use step::{
     body::{Body, Quarantine},

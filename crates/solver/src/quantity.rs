@@ -422,10 +422,6 @@ quantity!(
     KeepSpin(u32), "keep_spin", default 1, "0 or 1", |v| v <= 1
 );
 quantity!(
-    /// Relative error that a solver may leave; 0 is none.
-    Tolerance(f32), "tolerance", default 0.0, "between 0 and 1", |v| 0.0 <= v && v <= 1.0
-);
-quantity!(
     /// A fraction of a whole.
     Fraction(f32), "the fraction", default 1.0, "between 0 and 1", |v| 0.0 <= v && v <= 1.0
 );
@@ -466,7 +462,6 @@ from_float!(
     Restitution,
     ContactThickness,
     RecoverySpeed,
-    Tolerance,
     Fraction,
     Length,
     Finite,

@@ -14,7 +14,7 @@ use crate::quantity::{
     Friction, GrainRadius, GrainRolling, Height, Length, Lifetime, Mass, MembraneCompliance,
     PieceSize, PlasticLimit, PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution,
     RodRadius, RollingResistance, SectionStiffness, Seed, Slack, Stiffness, Strain, Thickness,
-    Tolerance, Toughness, TurnRate, Twist, Yield, YoungsModulus,
+    Toughness, TurnRate, Twist, Yield, YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -40,7 +40,6 @@ impl_reflect_opaque!((in pliant::solver) TurnRate(Clone, Debug, Default, Partial
 impl_reflect_opaque!((in pliant::solver) Twist(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Cohesion(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) RollingResistance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-impl_reflect_opaque!((in pliant::solver) Tolerance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Slack(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Strain(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

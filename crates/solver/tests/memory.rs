@@ -139,7 +139,7 @@ fn effects_of_solids() {
     let direct = Effects {
         stretch: Some(Stretch::default()),
         volume: Some(Volume::default()),
-        direct: Some(Direct::default()),
+        direct: Some(Direct),
         ..Effects::default()
     };
     let bodies = [springs, material, direct].map(|effects| body(solid(), effects));

@@ -63,7 +63,7 @@ fn plain(member: &Member) -> Result<World, TortureError> {
 /// influence.
 fn converge(member: &Member, world: &mut World) {
     if member.variant == "renumbered" && member.shape.kind() != Kind::Rope {
-        world.bodies[0].effects.direct = Some(Direct::default());
+        world.bodies[0].effects.direct = Some(Direct);
     }
 }
 

@@ -46,10 +46,10 @@
 #[cfg(test)]
 mod arbitrary;
 mod assemble;
-mod choice;
 mod column;
 mod elements;
 mod fronts;
+mod known;
 pub(super) mod matrix;
 mod merit;
 mod multifrontal;
@@ -74,8 +74,6 @@ use plan::{LARGE, Order, Plan, TooLarge, work_of};
 use reuse::{Outcome, Reuse};
 use std::fmt;
 use tension::Tensions;
-
-pub use choice::Choice;
 
 /// Maximum number of multiplications of a factorization: about 0.3 s on one thread of a cloud AMD EPYC.
 pub const MAX_WORK: u64 = 5_000_000_000;
@@ -119,8 +117,7 @@ struct Workspace {
     /// λ of Gauss–Seidel iterations.
     iterated: [Vec<f32>; ElasticKind::COUNT],
     status: Status,
-    chosen: Option<choice::Chosen>,
-    known: Option<choice::Known>,
+    known: Option<known::Known>,
 }
 
 /// Outcome of the last substep.
@@ -193,18 +190,6 @@ impl fmt::Display for Unfit {
                 MAX_WORK / 1_000_000
             ),
         }
-    }
-}
-
-/// Reason against the effect [`Direct`](crate::Direct) on a body with these effects, if it is there: as for
-/// [`unfit`], but none with a tolerance, with which Gauss–Seidel is used where the body cannot be solved
-/// directly.
-#[must_use]
-pub fn refused(topology: &Topology, effects: &Effects, method: Method) -> Option<Unfit> {
-    let is_chosen = effects.direct.is_some_and(|it| it.tolerance.get() > 0.0);
-    match is_chosen {
-        true => None,
-        false => unfit(topology, effects, method),
     }
 }
 
@@ -345,7 +330,7 @@ impl DirectWorkspace {
     #[must_use]
     pub fn load(&self, effects: &Effects, topology: &Topology, iterations: usize) -> WorkEstimate {
         let mut load = effects.load(topology, iterations);
-        if self.is_large() && effects.direct.is_some_and(|direct| !direct.yields) {
+        if self.is_large() && effects.direct.is_some() {
             let each = self.fronts_work() / MULTIPLICATIONS_PER_PROJECTION;
             load.projections += each as usize * iterations;
             // Fronts are divided among threads, also those of a body in one piece.
@@ -383,7 +368,7 @@ impl Workspace {
             + self.columns.iter().map(Column::bytes).sum::<usize>()
             + self.matrix.bytes()
             + self.reuse.bytes()
-            + self.known.as_ref().map_or(0, choice::Known::bytes)
+            + self.known.as_ref().map_or(0, known::Known::bytes)
             + columns
             + size_of_val(&self.w[..])
             + size_of_val(&self.left[..])
@@ -451,7 +436,6 @@ impl Workspace {
         *self = Self {
             planned: wanted,
             plan,
-            chosen: self.chosen,
             known: self.known.take(),
             ..Self::default()
         };

@@ -32,11 +32,10 @@ impl Effects {
         self.has(kind) && !(self.is_direct(method) && kind.is_solved_directly())
     }
 
-    /// Whether the body is solved directly in a world of this method: not where it carries
-    /// [`Direct`](crate::Direct) with a tolerance that Gauss–Seidel meets.
+    /// Whether the body is solved directly in a world of this method.
     #[must_use]
     pub fn is_direct(&self, method: Method) -> bool {
-        self.direct.is_some_and(|direct| !direct.yields) && method.has_direct()
+        self.direct.is_some() && method.has_direct()
     }
 
     /// The ground, if it has rolling resistance.

@@ -1,60 +1,48 @@
-//! Parameters of the direct solver.
+//! The direct solver as an effect.
 
-use crate::Tolerance;
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-/// Solves the body directly instead of by Gauss–Seidel.
+/// Solves the body [directly](crate::direct) instead of by Gauss–Seidel.
 ///
 /// ```
-/// use pliant_solver::{Direct, Tolerance};
+/// use pliant_solver::{Direct, Effects};
 ///
-/// // Directly where Gauss–Seidel would leave more than 1 % of the displacement.
-/// let auto = Direct { tolerance: Tolerance::of(0.01), ..Direct::default() };
-/// # assert_ne!(auto, Direct::default());
+/// let effects = Effects { direct: Some(Direct), ..Effects::default() };
+/// # assert_ne!(effects, Effects::default());
 /// ```
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "bevy",
     derive(Component, Reflect),
     reflect(Component, Clone, Debug, Default, PartialEq, Serialize, Deserialize),
     type_path = "pliant::effect"
 )]
-pub struct Direct {
-    /// Relative excess of the displacement under a load that Gauss–Seidel may leave, as it is expected
-    /// by a cost model ([`Choice`](crate::direct::Choice)). Gauss–Seidel is used instead of the direct solver where it is
-    /// expected to stay within it, where it would reach it with more substeps in less time than a tick
-    /// takes directly, and where the body cannot be solved directly. Default 0: always directly.
-    pub tolerance: Tolerance,
-    /// Whether Gauss–Seidel was chosen for this tick, with a tolerance. Derived at the start of every
-    /// tick: see [`DirectWorkspace::choose`](crate::direct::DirectWorkspace::choose).
-    #[serde(skip)]
-    #[cfg_attr(feature = "bevy", reflect(ignore))]
-    pub yields: bool,
-}
+pub struct Direct;
 
-impl Direct {
-    /// Without a tolerance.
-    pub const ALWAYS: Self = Self {
-        tolerance: Tolerance::of(0.0),
-        yields: false,
-    };
+/// As text, it has no parameters; in snapshots it is a number of four bytes, which is 0.
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "Direct", deny_unknown_fields)]
+struct Text {}
 
-    /// With a tolerance.
-    #[must_use]
-    pub const fn with_tolerance(tolerance: Tolerance) -> Self {
-        Self {
-            tolerance,
-            yields: false,
+impl Serialize for Direct {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match to.is_human_readable() {
+            true => Text {}.serialize(to),
+            false => 0.0_f32.serialize(to),
         }
     }
 }
 
-/// What is derived does not take part in comparisons.
-impl PartialEq for Direct {
-    fn eq(&self, other: &Self) -> bool {
-        self.tolerance == other.tolerance
+impl<'de> Deserialize<'de> for Direct {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        if from.is_human_readable() {
+            return Text::deserialize(from).map(|_| Self);
+        }
+        match f32::deserialize(from)? {
+            0.0 => Ok(Self),
+            _ => Err(D::Error::custom("a direct solver with a tolerance")),
+        }
     }
 }

@@ -69,15 +69,6 @@ macro_rules! of_elastic_effects {
                 }
             }
 
-            /// Its elastic effects alone.
-            #[must_use]
-            pub(crate) fn elastic(&self) -> Self {
-                Self {
-                    $($field: self.$field,)*
-                    ..Self::default()
-                }
-            }
-
             /// Visits one elastic effect, if it is present.
             pub(crate) fn visit_one(&self, kind: ElasticKind, visitor: &mut impl Visit) {
                 match kind {

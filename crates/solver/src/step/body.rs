@@ -158,17 +158,8 @@ impl Body {
         }
     }
 
-    /// Chooses between the direct solver and Gauss–Seidel for the next tick, if the body carries
-    /// [`Direct`](crate::Direct) with a tolerance; [`World`](crate::World) does so.
-    pub fn choose_solver(&mut self, settings: &Settings) {
-        let (topology, particles) = (&self.topology, &self.particles);
-        self.direct
-            .choose(&mut self.effects, topology, particles, settings);
-    }
-
     /// Begins a tick: puts a body with an input that is not sound into quarantine, allocates multipliers, and
-    /// stores the state at the start. Multipliers of elastic effects are kept for measurements, or not. Does not
-    /// [choose the solver](Self::choose_solver).
+    /// stores the state at the start. Multipliers of elastic effects are kept for measurements, or not.
     pub fn begin_tick(&mut self, keeps_multipliers: bool) {
         if let Some(particle) = self.particles.first_unfit(self.topology.particles()) {
             self.particles.restore_at_rest(&self.tick_start.positions);

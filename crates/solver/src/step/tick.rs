@@ -1,7 +1,7 @@
 //! A tick of bodies, wherever they are kept: in a [`World`](crate::World), or as components.
 //!
 //! ```text
-//! begin      who wakes, which solver; input is checked, and the state at the start kept
+//! begin      who wakes; input is checked, and the state at the start kept
 //! advance    some substeps at once, or stage by stage (see `staged`)
 //! end        forces of contacts, tears, grains that appear or disappear
 //! settle     who sleeps
@@ -130,10 +130,6 @@ impl Tick {
     pub fn begin(&mut self, bodies: &mut [Member], work: Work, context: &StepContext) {
         self.contacts.begin_tick();
         wake_disturbed(bodies, context.swept.whole_tick());
-        let settings = context.settings;
-        for it in bodies.iter_mut().filter(|it| it.body.is_active()) {
-            it.body.choose_solver(settings);
-        }
         let load = |it: &Member| WorkEstimate {
             projections: it.body.particles.len(),
             pieces: 1,

@@ -65,7 +65,7 @@ impl Solver for Pliant {
         let refuse = |reason: &dyn Display| refused(problem, reason);
         let mut body = body(problem)?;
         if *self == Self::Direct {
-            body.effects.direct = Some(Direct::default());
+            body.effects.direct = Some(Direct);
         }
         let mut world = World {
             threads: Threads::new(1).map_err(|error| refuse(&error))?,
