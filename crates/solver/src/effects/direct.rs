@@ -21,7 +21,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 )]
 pub struct Direct;
 
-/// As text, it has no parameters; in snapshots it is a number of four bytes, which is 0.
+/// As text, it has no parameters; in snapshots it is a number of eight bytes, which is 0.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "Direct", deny_unknown_fields)]
 struct Text {}
@@ -30,7 +30,7 @@ impl Serialize for Direct {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         match to.is_human_readable() {
             true => Text {}.serialize(to),
-            false => 0.0_f32.serialize(to),
+            false => 0.0_f64.serialize(to),
         }
     }
 }
@@ -40,7 +40,7 @@ impl<'de> Deserialize<'de> for Direct {
         if from.is_human_readable() {
             return Text::deserialize(from).map(|_| Self);
         }
-        match f32::deserialize(from)? {
+        match f64::deserialize(from)? {
             0.0 => Ok(Self),
             _ => Err(D::Error::custom("a direct solver with a tolerance")),
         }

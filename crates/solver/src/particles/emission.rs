@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// State of the emitters of a body, and where it comes from if it is a copy.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Emission {
-    /// Of its [`Emitter`].
+    /// Of its [`Emitter`](crate::Emitter).
     pub grains: Flow,
     /// Of its [`BodyEmitter`](crate::BodyEmitter).
     pub copies: Flow,
