@@ -32,6 +32,7 @@ mod mesh_read;
 mod mesh_shapes;
 mod mesh_strands;
 mod mesh_support;
+mod modules;
 mod own_effects;
 mod own_effects_runs;
 mod own_effects_text;
