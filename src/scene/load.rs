@@ -1,8 +1,6 @@
 //! Reads scenes, and writes them.
 
-use super::{
-    CurrentScene, Scene, SceneError, name, parse::parse_with, registry, substeps,
-};
+use super::{CurrentScene, Scene, SceneError, name, parse::parse_with, registry, substeps};
 use crate::{
     effect::{OwnEffects, own::options},
     mesh::read,

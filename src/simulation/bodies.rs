@@ -11,8 +11,8 @@ use super::{
 use crate::{
     effect::Grabs,
     solver::{
-        Body, Cut, Density, EffectStates, ExternalForce, Grab, Particles,
-        Quarantine, RestShape, Stitches, Substep, Topology,
+        Body, Cut, Density, EffectStates, ExternalForce, Grab, Particles, Quarantine, RestShape,
+        Stitches, Substep, Topology,
         advance::{Stage, StepContext, Watch},
         ledger::Ledger,
         rest::SleepSettings,
