@@ -182,6 +182,13 @@ pub(super) struct Turned {
     pub grab: Option<Grab>,
 }
 
+/// What the solver needs beside the bodies.
+struct Lent<'a> {
+    context: &'a StepContext<'a>,
+    /// All bodies, by their numbers.
+    bodies: &'a [(SpawnOrder, Entity)],
+}
+
 /// Room for the bodies while the solver has them, by their numbers.
 #[derive(Resource, Debug, Default)]
 pub(super) struct Room(Vec<Body>);
@@ -225,7 +232,7 @@ impl Bodies<'_, '_> {
     fn lend<T>(
         &mut self,
         wanted: impl Fn(&Staged, Entity) -> bool,
-        act: impl FnOnce(&mut Tick, &mut [Member], &StepContext) -> T,
+        act: impl FnOnce(&mut Tick, &mut [Member], &Lent) -> T,
     ) -> (T, Vec<Turned>) {
         let watch = self.profile.by_part.then(StageWatch::default);
         let context = StepContext {
@@ -234,7 +241,7 @@ impl Bodies<'_, '_> {
         };
         let started = Instant::now();
         let BodyContacts { tick, bodies, .. } = &mut *self.contacts;
-        let mut members = Vec::new();
+        let mut members = tick.list();
         for (number, (body, (_, entity))) in (0..).zip(self.room.0.iter_mut().zip(&*bodies)) {
             if wanted(&self.staged, *entity)
                 && let Ok(mut parts) = self.bodies.get_mut(*entity)
@@ -244,10 +251,14 @@ impl Bodies<'_, '_> {
                 members.push(Member::new(number, body));
             }
         }
-        let said = act(tick, &mut members, &context);
+        let lent = Lent {
+            context: &context,
+            bodies,
+        };
+        let said = act(tick, &mut members, &lent);
         let mut turned = Vec::new();
-        for Member { number, body, .. } in members {
-            let (_, entity) = bodies[number as usize];
+        for Member { number, body, .. } in &mut members {
+            let (_, entity) = bodies[*number as usize];
             let Ok(mut parts) = self.bodies.get_mut(entity) else {
                 continue;
             };
@@ -265,6 +276,7 @@ impl Bodies<'_, '_> {
                 });
             }
         }
+        tick.put_back(members);
         if let Some(watch) = &watch {
             self.profile.distribute(started.elapsed(), watch);
         }
@@ -297,7 +309,7 @@ impl Bodies<'_, '_> {
         let work = self.work_of((keeps_multipliers, false), Stepping::Whole);
         let ((), turned) = self.lend(
             |_, _| true,
-            |tick, bodies, context| tick.begin(bodies, work, context),
+            |tick, bodies, lent| tick.begin(bodies, work, lent.context),
         );
         turned
     }
@@ -324,9 +336,9 @@ impl Bodies<'_, '_> {
         let work = self.work_of((keeps_multipliers, false), Stepping::Staged);
         self.lend(
             |staged, body| staged.takes(body, Stepping::Staged),
-            |tick, bodies, context| {
-                if is_first || tick.begins_each_substep(bodies, context) {
-                    tick.begin_substep(bodies, step, work, context);
+            |tick, bodies, lent| {
+                if is_first || tick.begins_each_substep(bodies, lent.context) {
+                    tick.begin_substep(bodies, step, work, lent.context);
                 }
             },
         );
@@ -342,7 +354,7 @@ impl Bodies<'_, '_> {
         let work = self.work_of((keeps_multipliers, is_tracked), Stepping::Whole);
         let done = self.lend(
             |staged, body| staged.takes(body, Stepping::Whole),
-            |tick, bodies, context| tick.advance(bodies, substeps, work, context),
+            |tick, bodies, lent| tick.advance(bodies, substeps, work, lent.context),
         );
         self.contacts.collect();
         done
@@ -355,7 +367,7 @@ impl Bodies<'_, '_> {
         let work = self.work_of((false, false), Stepping::Staged);
         let ((), turned) = self.lend(
             |staged, body| staged.takes(body, Stepping::Staged),
-            |tick, bodies, context| tick.stage(bodies, stage, (&at.0, at.1), work, context),
+            |tick, bodies, lent| tick.stage(bodies, stage, (&at.0, at.1), work, lent.context),
         );
         if stage == Stage::Postsolve {
             self.contacts.collect();
@@ -371,19 +383,18 @@ impl Bodies<'_, '_> {
         sleep: &SleepSettings,
         mut see: impl FnMut(Entity, &Body),
     ) -> (TickReport, Vec<Turned>) {
-        let entities: Vec<_> = self.contacts.bodies.iter().map(|(_, body)| *body).collect();
         let mut slept = take(&mut self.contacts.slept);
         slept.clear();
         let done = self.lend(
             |_, _| true,
-            |tick, bodies, context| {
-                let report = tick.end(bodies, substeps, context);
+            |tick, bodies, lent| {
+                let report = tick.end(bodies, substeps, lent.context);
                 for it in &*bodies {
-                    let entity = entities[it.number as usize];
+                    let (_, entity) = lent.bodies[it.number as usize];
                     see(entity, it.body);
                     slept.extend(it.body.asleep.then_some(entity));
                 }
-                tick.settle(bodies, substeps, sleep, context);
+                tick.settle(bodies, substeps, sleep, lent.context);
                 report
             },
         );

@@ -280,9 +280,10 @@ pub(super) fn between_ticks(clock: Res<SimulationClock>) -> bool {
 /// [`Stepper::advance`]: crate::solver::advance::Stepper::advance
 pub(super) fn run_substeps(
     world: &mut World,
-    colliders: &mut QueryState<(Entity, &SpawnOrder, &Collider)>,
+    colliders: &mut QueryState<(Entity, &SpawnOrder), With<Collider>>,
     carriers: &mut QueryState<EntityRef, With<SoftBody>>,
     bodies: &mut SystemState<Bodies>,
+    mut sorted: Local<Vec<(SpawnOrder, Entity)>>,
 ) {
     let under_way = *world.resource::<UnderWay>();
     let UnderWay {
@@ -294,7 +295,11 @@ pub(super) fn run_substeps(
         .next_substep
         .unwrap_or(0);
     if next == 0 {
-        begin_tick(world, colliders, bodies);
+        sorted.clear();
+        let found = colliders.iter(world);
+        sorted.extend(found.map(|(entity, order)| (*order, entity)));
+        sorted.sort_unstable();
+        begin_tick(world, &sorted, bodies);
     } else {
         all(bodies, world).resume();
     }
@@ -342,23 +347,25 @@ pub(super) fn run_substeps(
     }
 }
 
-/// Begins a tick.
+/// Begins a tick with these colliders.
 fn begin_tick(
     world: &mut World,
-    colliders: &mut QueryState<(Entity, &SpawnOrder, &Collider)>,
+    colliders: &[(SpawnOrder, Entity)],
     bodies: &mut SystemState<Bodies>,
 ) {
     let settings = world.resource::<UnderWay>().settings;
     let clock = world.resource::<SimulationClock>();
     let (start, tick) = (clock.time, clock.tick());
     let mut swept = take(&mut world.resource_mut::<CurrentSubstep>().swept);
-    let mut sorted: Vec<_> = colliders.iter(world).collect();
-    sorted.sort_unstable_by_key(|(_, order, _)| **order);
-    swept.fill(sorted.iter().map(|(.., it)| *it), &settings, start);
+    let found = colliders.iter();
+    let found = found.filter_map(|(_, entity)| world.get::<Collider>(*entity));
+    swept.fill(found, &settings, start);
     let is_recorded = world.resource::<RecordContacts>().0;
-    let recorded = sorted.iter().filter(|_| is_recorded);
-    let recorded: Vec<_> = recorded.map(|(entity, ..)| *entity).collect();
-    world.resource_mut::<BodyContacts>().colliders = recorded;
+    let recorded = &mut world.resource_mut::<BodyContacts>().colliders;
+    recorded.clear();
+    if is_recorded {
+        recorded.extend(colliders.iter().map(|(_, entity)| *entity));
+    }
     let mut current = world.resource_mut::<CurrentSubstep>();
     current.settings = settings;
     current.time = start;
@@ -377,8 +384,9 @@ pub(super) fn end_bodies(world: &mut World, bodies: &mut SystemState<Bodies>) {
         world.resource::<UnderWay>().substeps(),
         world.resource::<Sleep>().0,
     );
-    let mut surfaces = Vec::new();
-    let colliders = take(&mut world.resource_mut::<BodyContacts>().colliders);
+    let mut contacts = world.resource_mut::<BodyContacts>();
+    let (mut surfaces, colliders) = (take(&mut contacts.surfaces), take(&mut contacts.colliders));
+    surfaces.clear();
     let (report, turned) = all(bodies, world).end_tick(substeps, &sleep, |entity, body| {
         surfaces.extend(surface::contacts_of(entity, body, &colliders));
     });

@@ -323,7 +323,10 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
             &["(did you mean “assets/meshes/dragon.obj”?)"],
         ),
         // What is known is not suspected.
-        (&["bunny", "star.obj"], &["unexpected argument 'star.obj'"]),
+        (
+            &["bunny", "star.obj"],
+            &["'star.obj' cannot be used with '[SCENE]'"],
+        ),
         (&["run", "bunny", "--foo"], &["unexpected argument '--foo'"]),
         (&["help", "rnu"], &["unrecognized subcommand 'rnu'"]),
         (

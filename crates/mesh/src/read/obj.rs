@@ -11,7 +11,7 @@ use super::{
     parts::{Counts, Label, Named, Part, Parts},
     text::{Word, Words, decode},
 };
-use crate::{CurveMesh, FileMesh, MeshError, SurfaceMesh, clean::counted};
+use crate::{CurveMesh, FileMesh, MeshError, SurfaceMesh};
 
 /// Note about what is ignored.
 const IGNORED: &str = "points, lines, curves or patches ignored";
@@ -111,7 +111,8 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Parts, MeshError> {
 fn missing(vertices: usize, other_elements: usize) -> String {
     let vertices = match vertices {
         0 => "no vertices (v)".to_owned(),
-        _ => counted(vertices, "vertex", "vertices"),
+        1 => "1 vertex".to_owned(),
+        _ => format!("{vertices} vertices"),
     };
     let others = match other_elements {
         0 => String::new(),

@@ -34,6 +34,27 @@ pub struct Tick {
     joined: Joined,
     /// Numbers of the bodies that were stepped together last, by their places in `contacts`.
     group: Vec<u32>,
+    room: Room,
+}
+
+/// Memory that ticks use again.
+#[derive(Debug, Default)]
+struct Room {
+    members: Vec<Member<'static>>,
+    rests: Vec<Wakefulness>,
+    pairs: Vec<[u32; 2]>,
+}
+
+impl Clone for Room {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Room {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// A body in a tick.
@@ -46,6 +67,9 @@ pub struct Member<'a> {
     /// Whether it is stepped together with others, if any are.
     pub(super) is_grouped: bool,
     pub(super) outcome: Result<Ledger, NotFinite>,
+    /// What has become of its particles at the end of the tick, if anything has.
+    torn: Option<Box<TornBody>>,
+    renewed: Option<Box<Renewed>>,
 }
 
 impl<'a> Member<'a> {
@@ -57,6 +81,8 @@ impl<'a> Member<'a> {
             body,
             is_grouped: false,
             outcome: Ok(Ledger::default()),
+            torn: None,
+            renewed: None,
         }
     }
 }
@@ -76,9 +102,9 @@ pub struct Work {
 #[derive(Debug, Default)]
 pub struct TickReport {
     /// Bodies that were torn.
-    pub torn: Vec<TornBody>,
+    pub torn: Vec<Box<TornBody>>,
     /// Bodies in which grains have appeared or disappeared, by their numbers.
-    pub renewed: Vec<(u32, Renewed)>,
+    pub renewed: Vec<(u32, Box<Renewed>)>,
 }
 
 /// A body that was torn or cut.
@@ -99,6 +125,17 @@ pub(super) type Together<'a> = &'a dyn Fn(&mut [GroupedBody], &mut Contacts, &St
 pub(super) type OnCopies<'a> = &'a (dyn Fn(&mut [Member], &StepContext) + Sync);
 
 impl Tick {
+    /// An empty list for the bodies of a tick, which [`put_back`](Self::put_back) takes when they are not needed
+    /// any more.
+    pub fn list<'a>(&mut self) -> Vec<Member<'a>> {
+        emptied(std::mem::take(&mut self.room.members))
+    }
+
+    /// Keeps the memory of a list.
+    pub fn put_back(&mut self, list: Vec<Member<'_>>) {
+        self.room.members = emptied(list);
+    }
+
     /// Bodies were added or removed.
     pub fn invalidate(&mut self) {
         self.contacts.invalidate();
@@ -218,7 +255,7 @@ impl Tick {
             must_step_together(all, &self.joined, has_meshes)
         });
         // Copies of a body follow each other.
-        bodies.sort_by_key(|it| (together.is_some() && it.is_grouped, it.number));
+        bodies.sort_unstable_by_key(|it| (together.is_some() && it.is_grouped, it.number));
         let alone = match together {
             Some(_) => bodies.partition_point(|it| !it.is_grouped),
             None => bodies.len(),
@@ -275,7 +312,7 @@ impl Tick {
             self.group.clear();
             self.contacts.clear();
         }
-        bodies.sort_by_key(|it| it.number);
+        bodies.sort_unstable_by_key(|it| it.number);
     }
 
     /// Ends some work: puts bodies that failed into quarantine. Returns the sum of the ledgers, or `None` if
@@ -323,23 +360,19 @@ impl Tick {
             },
             pieces: 1,
         };
-        let mut ended: Vec<_> = bodies.iter_mut().map(|it| (it, None, None)).collect();
-        context.threads.for_each(
-            &mut ended,
-            |(it, ..)| load(it),
-            &|(it, torn, renewed): &mut (&mut Member, Option<TornBody>, Option<Renewed>), _| {
-                let Member { number, body, .. } = &mut **it;
-                if body.is_active() {
-                    body.states.end_contacts(&body.particles, seconds);
-                    *torn = split(*number, body, |body| body.tear(settings));
-                    *renewed = body.renew(settings);
+        context
+            .threads
+            .for_each(bodies, load, &|it: &mut Member, _| {
+                if it.body.is_active() {
+                    it.body.states.end_contacts(&it.body.particles, seconds);
+                    it.torn = split(it.number, it.body, |body| body.tear(settings)).map(Box::new);
+                    it.renewed = it.body.renew(settings).map(Box::new);
                 }
-            },
-        );
+            });
         let mut report = TickReport::default();
-        for (it, torn, renewed) in ended {
-            report.torn.extend(torn);
-            let renewed = renewed.map(|renewed| (it.number, renewed));
+        for it in &mut *bodies {
+            report.torn.extend(it.torn.take());
+            let renewed = it.renewed.take().map(|renewed| (it.number, renewed));
             report.renewed.extend(renewed);
         }
         for it in &report.torn {
@@ -355,7 +388,7 @@ impl Tick {
     /// and wakes those that touch one that is awake, after a tick of which this number of substeps was
     /// computed.
     pub fn settle(
-        &self,
+        &mut self,
         bodies: &mut [Member],
         substeps: u32,
         sleep: &SleepSettings,
@@ -367,26 +400,29 @@ impl Tick {
         let early = (substeps < all).then(|| substeps as f32 / all as f32);
         let place = |number: u32| bodies.binary_search_by_key(&number, |it| it.number).ok();
         let touching = self.contacts.touching().iter();
-        let touching = touching.map(|pair| pair.map(|place| self.number(place)));
-        let pairs: Vec<_> = touching
+        let touching = touching.map(|pair| pair.map(|place| self.group[place as usize]));
+        let pairs = touching
             .chain(self.joined.pairs().iter().copied())
-            .filter_map(|[a, b]| Some([place(a)? as u32, place(b)? as u32]))
-            .collect();
-        let mut group: Vec<Wakefulness> = bodies
-            .iter_mut()
-            .map(|Member { body, .. }| {
-                if let Some(grab) = &mut body.effects.grab {
-                    grab.end_tick(early, tick as f32);
-                }
-                match body.is_active() {
-                    true if body.is_still(seconds, settings.gravity, sleep) => Wakefulness::Still,
-                    true => Wakefulness::Awake,
-                    false => Wakefulness::Asleep,
-                }
-            })
-            .collect();
-        settle(&mut group, &pairs);
-        for (Member { body, .. }, rest) in bodies.iter_mut().zip(group) {
+            .filter_map(|[a, b]| Some([place(a)? as u32, place(b)? as u32]));
+        self.room.pairs.clear();
+        self.room.pairs.extend(pairs);
+        let rests = bodies.iter_mut().map(|Member { body, .. }| {
+            if let Some(grab) = &mut body.effects.grab {
+                grab.end_tick(early, tick as f32);
+            }
+            match body.is_active() {
+                true if body.is_still(seconds, settings.gravity, sleep) => Wakefulness::Still,
+                true => Wakefulness::Awake,
+                false => Wakefulness::Asleep,
+            }
+        });
+        let Room {
+            rests: all, pairs, ..
+        } = &mut self.room;
+        all.clear();
+        all.extend(rests);
+        settle(all, pairs);
+        for (Member { body, .. }, rest) in bodies.iter_mut().zip(all) {
             match rest {
                 Wakefulness::Asleep if body.is_active() => body.fall_asleep(),
                 Wakefulness::Awake if body.asleep => body.wake(),
@@ -420,6 +456,14 @@ fn split(
 
 fn stitches<'a>(bodies: &'a mut [Member]) -> impl Iterator<Item = &'a mut Stitches> {
     bodies.iter_mut().map(|it| &mut it.body.stitches)
+}
+
+/// Uses the memory of a list for bodies of another lifetime.
+fn emptied<'a>(mut list: Vec<Member<'_>>) -> Vec<Member<'a>> {
+    list.clear();
+    list.into_iter()
+        .map(|_| unreachable!("the list is empty"))
+        .collect()
 }
 
 /// Simulated time of a tick of which this number of substeps was computed [s].

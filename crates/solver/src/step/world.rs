@@ -75,11 +75,13 @@ impl World {
             has_group: true,
         };
         let substeps = settings.substeps.get();
-        let mut members = members(bodies);
+        let mut members = under_way.list();
+        members.extend(numbered(bodies));
         under_way.begin(&mut members, work, &context);
         under_way.advance(&mut members, &(0..substeps), work, &context);
         under_way.end(&mut members, substeps, &context);
         under_way.settle(&mut members, substeps, sleep, &context);
+        under_way.put_back(members);
         self.emit();
         self.time += self.settings.tick_seconds();
         self.tick += 1;
@@ -156,7 +158,8 @@ impl World {
     /// If there is no body of this number, from 0.
     pub fn cut(&mut self, number: usize, cut: &Cut) -> bool {
         assert!(number < self.bodies.len(), "there is no body {number}");
-        tick::cut(&mut members(&mut self.bodies), number as u32, cut).is_some()
+        let mut members: Vec<_> = numbered(&mut self.bodies).collect();
+        tick::cut(&mut members, number as u32, cut).is_some()
     }
 
     /// Number of edge–triangle [crossings].
@@ -196,8 +199,7 @@ impl World {
     }
 }
 
-fn members(bodies: &mut [Body]) -> Vec<Member<'_>> {
+fn numbered(bodies: &mut [Body]) -> impl Iterator<Item = Member<'_>> {
     let numbered = (0..).zip(bodies);
-    let members = numbered.map(|(number, body)| Member::new(number, body));
-    members.collect()
+    numbered.map(|(number, body)| Member::new(number, body))
 }
