@@ -40,6 +40,8 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "overpressure_pa": last.overpressure,
         "inverted": last.inverted,
         "contacts": last.contacts,
+        "contacts_apart": last.contacts_apart,
+        "repeated_ticks": last.repeated_ticks,
         "touched": run.touched.iter().map(|pair| json!({
             "bodies": pair.bodies,
             "seconds": pair.seconds,

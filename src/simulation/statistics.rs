@@ -73,6 +73,12 @@ pub struct Statistics {
     /// Number of active contacts between bodies, and of bodies with themselves, in the last
     /// substep; `None` if no body has contacts.
     pub contacts: Option<usize>,
+    /// Number of bodies with contact that no other came near in the last tick, so that they were stepped as
+    /// without; `None` if no body has contacts.
+    pub contacts_apart: Option<usize>,
+    /// Number of ticks that were stepped again, as bodies came near each other faster than was foreseen,
+    /// since contact was last inactive; `None` if no body has contacts.
+    pub repeated_ticks: Option<u64>,
     /// Smallest distance of two surfaces in contact at the start of the last substep [m]; `None`
     /// without contacts.
     pub smallest_gap: Option<f64>,
@@ -155,7 +161,10 @@ impl Statistics {
         let touches = |it: &Effects| it.touches_surfaces(!meshes.is_empty());
         if carried.iter().any(touches) {
             let contacts = world.resource::<BodyContacts>();
-            all.contacts = Some(contacts.counts().acting);
+            let counts = contacts.counts();
+            all.contacts = Some(counts.acting);
+            all.contacts_apart = Some(counts.apart);
+            all.repeated_ticks = Some(counts.repeated);
             all.smallest_gap = contacts.smallest_gap();
             let outlines = bodies.iter().zip(&carried).filter_map(|(&body, effects)| {
                 Some(Outline {

@@ -59,6 +59,11 @@ pub struct ContactCounts {
     pub failed: usize,
     /// Number of detections since contact was last inactive.
     pub detections: u64,
+    /// Bodies with contact that no other came near in the last tick, so that they were stepped as without.
+    pub apart: usize,
+    /// Number of ticks that were stepped again, as bodies came near each other faster than was foreseen,
+    /// since contact was last inactive.
+    pub repeated: u64,
 }
 
 /// Contacts of all bodies of a world that carry [`Contact`](crate::Contact) or
@@ -155,6 +160,10 @@ pub(super) struct Member {
     /// Its stitches.
     pub(super) stitched: StitchedVertices,
     pub(super) is_stepped: bool,
+    /// Whether no other surface comes near it, and whether it is left out, as it has no contact with itself
+    /// either.
+    pub(super) is_apart: bool,
+    pub(super) is_idle: bool,
     /// Motion of a collider in the substep.
     pub(super) motion: DAffine3,
     /// Pose of a collider when it was registered.
@@ -169,10 +178,13 @@ pub(super) struct Piece {
     pub(super) patch: usize,
     /// Index of its first corner.
     pub(super) first: usize,
+    /// Whether it moves by itself, and is not left out.
     pub(super) is_stepped: bool,
     pub(super) half_thickness: f32,
     /// Whether its motion has left its claims.
     pub(super) is_lost: bool,
+    /// Whether it has other partners than when candidates were found.
+    pub(super) is_new: bool,
     /// Origin of its frame [m], and its displacement since detection [m].
     pub(super) origin: DVec3,
     pub(super) drift: DVec3,
@@ -232,7 +244,9 @@ impl Member {
             .iter()
             .all(|member| member.params[between as usize].is_some());
         let are_both_colliders = self.is_collider() && other.is_collider();
-        (can && !are_both_colliders && (self.is_stepped || other.is_stepped)).then_some(between)
+        let is_away = between != Between::Itself && (self.is_apart || other.is_apart);
+        let is_any_stepped = self.is_stepped || other.is_stepped;
+        (can && !are_both_colliders && !is_away && is_any_stepped).then_some(between)
     }
 
     /// Parameters of contact with another member, or with itself, in a substep of `h` seconds.
@@ -397,6 +411,32 @@ impl Contacts {
         self.touching.clear();
     }
 
+    /// No body comes near another in some substeps, or itself: there is no contact.
+    pub(crate) fn rest(&mut self) {
+        for it in self.active.drain(..) {
+            self.places[it.vertex as usize] = NO_INDEX;
+        }
+        for rows in &mut self.rows {
+            rows.clear();
+        }
+        self.touching.clear();
+        self.counts = ContactCounts {
+            detections: self.counts.detections,
+            repeated: self.counts.repeated,
+            ..ContactCounts::default()
+        };
+    }
+
+    /// Some substeps were performed, in which this many bodies were apart from all others; `None` if they have to
+    /// be performed again, as these were not.
+    pub(crate) fn count_apart(&mut self, apart: Option<usize>) {
+        self.counts.apart = apart.unwrap_or(0);
+        if apart.is_none() {
+            self.counts.repeated += 1;
+            self.sums.clear();
+        }
+    }
+
     /// Begins a substep: finds near candidates.
     pub(crate) fn begin(
         &mut self,
@@ -407,6 +447,7 @@ impl Contacts {
     ) {
         self.h = step.h.into();
         self.register(bodies, colliders);
+        self.leave_out(bodies);
         self.predict(bodies, colliders, step);
         self.enclose_or_detect(HORIZON, step.count, threads);
         self.find_tangles(bodies);
@@ -485,7 +526,7 @@ impl Contacts {
             };
             let body = &bodies[body];
             for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
-                if member.is_stepped {
+                if member.is_stepped && !member.is_idle {
                     self.ends[v] = body.now(particle as usize);
                 }
             }
@@ -653,6 +694,8 @@ impl Contacts {
                 params: new.params,
                 stitched: StitchedVertices::of(new.stitches, new.surface),
                 is_stepped: new.is_stepped,
+                is_apart: false,
+                is_idle: false,
                 motion: DAffine3::IDENTITY,
                 pose: new.pose,
             });
@@ -676,6 +719,29 @@ impl Contacts {
         self.cut_into_pieces();
     }
 
+    /// Leaves out the bodies that nothing comes near.
+    fn leave_out(&mut self, bodies: &[impl Tangible]) {
+        for (number, member) in self.members.iter_mut().enumerate() {
+            let Owner::Body(body) = member.owner else {
+                continue;
+            };
+            let is_apart = bodies[body].is_apart();
+            if member.is_apart == is_apart {
+                continue;
+            }
+            member.is_apart = is_apart;
+            member.is_idle = is_apart && member.params[Between::Itself as usize].is_none();
+            for piece in self
+                .pieces
+                .iter_mut()
+                .filter(|piece| piece.member == number)
+            {
+                piece.is_new = true;
+                piece.is_stepped = member.is_stepped && !member.is_idle;
+            }
+        }
+    }
+
     fn cut_into_pieces(&mut self) {
         self.pieces.clear();
         self.vertices.clear();
@@ -691,6 +757,7 @@ impl Contacts {
                     is_stepped: member.is_stepped,
                     half_thickness: member.half_thickness(),
                     is_lost: true,
+                    is_new: true,
                     origin: DVec3::ZERO,
                     drift: DVec3::ZERO,
                     motion: DVec3::ZERO,
@@ -729,7 +796,7 @@ impl Contacts {
         let fall = step.gravity.as_dvec3() * (h * h);
         let flags = self.may_cross.iter_mut().zip(&mut self.teleported);
         for (member, (may_cross, teleported)) in self.members.iter_mut().zip(flags) {
-            if !member.is_stepped && self.is_valid {
+            if member.is_idle || !member.is_stepped && self.is_valid {
                 continue;
             }
             let body = match member.owner {
@@ -800,7 +867,12 @@ impl Contacts {
             ..
         } = self;
         let mut holds = true;
-        for piece in pieces.iter_mut().filter(|piece| piece.is_stepped) {
+        for piece in pieces.iter_mut() {
+            piece.is_lost = piece.is_new;
+            holds &= !piece.is_new;
+            if !piece.is_stepped {
+                continue;
+            }
             let frame = piece.frame();
             let path = piece.motion * horizon;
             let motion = Ball::around(piece.drift, path, piece.slack);
@@ -821,7 +893,7 @@ impl Contacts {
             }
             piece.radius = longest + 0.5 * piece.half_thickness;
             piece.travel = farthest.sqrt() + piece.radius + piece.slack;
-            piece.is_lost = !piece.claim.contains(motion) || piece.travel > piece.claimed_radius;
+            piece.is_lost |= !piece.claim.contains(motion) || piece.travel > piece.claimed_radius;
             holds &= !piece.is_lost;
         }
         for pair in pairs {
@@ -901,6 +973,22 @@ struct NewMember<'a> {
     is_rigid: bool,
     is_stepped: bool,
     pose: Option<Pose>,
+}
+
+/// The largest part of a body of the distances that it keeps [m], in a world with or without colliders that
+/// are meshes.
+pub(crate) fn half_thickness(body: &impl Tangible, has_meshes: bool) -> f32 {
+    let surface = body.topology().surface();
+    let [between, itself, colliders] = params(body, has_meshes);
+    let halves = [(between, 0.5), (itself, 0.5), (colliders, 1.0)];
+    let halves = halves.into_iter().filter_map(|(params, part)| {
+        let thickness = params?.thickness(surface.mean_edge);
+        Some(match surface.radii.is_empty() {
+            true => part * thickness,
+            false => surface.largest_radius,
+        })
+    });
+    halves.fold(0.0, f32::max)
 }
 
 /// Parameters of a body by kind of contact, in a world with or without colliders that are meshes.

@@ -264,6 +264,7 @@ impl Contacts {
             let skin = piece.skin(members);
             piece.origin = starts[vertices[piece.first] as usize];
             piece.drift = DVec3::ZERO;
+            piece.is_new = false;
             let mut size = 0.0_f32;
             let mut longest = 0.0_f64;
             *bounds = Bounds::EMPTY;
@@ -317,7 +318,7 @@ impl Contacts {
             let [low, high] = around;
             let is_far = low.cmpgt(DVec3::splat(MAX_COORDINATE)).any()
                 || high.cmplt(DVec3::splat(-MAX_COORDINATE)).any();
-            if !is_far {
+            if !is_far && !self.members[piece.member].is_idle {
                 order.push((around[0].x, number));
             }
         }

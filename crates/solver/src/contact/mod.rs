@@ -56,6 +56,6 @@ pub use crate::colliders::{
 pub use closest::on_triangle;
 pub use crossings::{Outline, Overlapped, crossings, overlaps};
 
-pub(crate) use contacts::Between;
+pub(crate) use contacts::{Between, half_thickness};
 pub(crate) use row::ContactPart;
 pub(crate) use tangible::Tangible;

@@ -19,6 +19,10 @@ pub(crate) trait Tangible {
     fn takes_part(&self) -> bool;
     /// Whether it is stepped. A sleeping body is an obstacle that does not move.
     fn is_stepped(&self) -> bool;
+    /// Whether no other surface comes near it in the substeps under way.
+    fn is_apart(&self) -> bool {
+        false
+    }
     /// Inverse mass of a particle [1/kg].
     fn inverse_mass(&self, i: usize) -> f64;
     /// Position before a substep [m].

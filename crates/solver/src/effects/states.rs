@@ -53,6 +53,9 @@ pub(crate) struct Found {
     pub sides: Vec<WayOut>,
     /// Memory for a wind.
     pub loads: Vec<Load>,
+    /// The largest component of a displacement in any substep [m], from the value that is set before;
+    /// `None` unless it is measured.
+    pub longest: Option<f32>,
 }
 
 impl PartialEq for Scratch {

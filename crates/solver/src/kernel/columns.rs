@@ -148,6 +148,46 @@ pub(super) fn pass(
     acted
 }
 
+/// The largest component of a displacement in each lane [m], of particles whose components have a number
+/// in each of `stride` lanes; with instructions of at most `width` lanes.
+pub(super) fn longest(
+    particles: &[Line],
+    (stride, width): (usize, usize),
+    instructions: Instructions,
+) -> [f32; MAX_WIDTH] {
+    let mut lanes = [0.0; MAX_WIDTH];
+    let work = Measured {
+        particles: flat(particles),
+        stride,
+        lanes: &mut lanes,
+    };
+    instructions.run_in(width, work);
+    lanes
+}
+
+/// [`longest`].
+struct Measured<'a> {
+    particles: &'a [f32],
+    stride: usize,
+    lanes: &'a mut [f32; MAX_WIDTH],
+}
+
+impl SimdWork for Measured<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        for first in (0..self.stride).step_by(L::LANES) {
+            let mut longest = simd.number(0.0);
+            for particle in self.particles.chunks_exact(COMPONENTS * self.stride) {
+                for component in CARRIED..CARRIED + 3 {
+                    let place = component * self.stride + first;
+                    longest = longest.max(number(simd, particle, place).abs());
+                }
+            }
+            put::<L>(self.lanes, first, longest);
+        }
+    }
+}
+
 /// [`any`].
 struct Asked<'a, Q> {
     particles: &'a [f32],

@@ -144,6 +144,12 @@ impl Copies {
         is_finite
     }
 
+    /// The largest component of a displacement of each copy [m].
+    pub(crate) fn longest(&self, instructions: Instructions) -> [f32; MAX_WIDTH] {
+        let lanes = (self.lanes, self.lanes);
+        columns::longest(&self.particles, lanes, instructions)
+    }
+
     /// Keeps the displacements before internal constraints.
     pub(crate) fn keep(&mut self) {
         let lanes = self.lanes;

@@ -176,6 +176,13 @@ impl StripRows<'_> {
         }
     }
 
+    /// The largest component of a displacement [m].
+    pub fn longest(&self, instructions: Instructions) -> f32 {
+        let lanes = (MAX_WIDTH, instructions.widest());
+        let lanes = columns::longest(self.particles, lanes, instructions);
+        lanes.into_iter().fold(0.0, f32::max)
+    }
+
     /// The moments about `origin` [m] of what has moved particles since [`keep`](Self::keep).
     pub fn moments(&self, origin: Vec3, instructions: Instructions) -> Moments {
         let mut lanes = [[0.0; MAX_WIDTH]; moments::COUNT];

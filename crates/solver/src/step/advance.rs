@@ -197,6 +197,17 @@ impl Stepper<'_> {
         self.states.is_touched = true;
     }
 
+    /// Sets the [largest component of a displacement](crate::effects::states::Found::longest) so far,
+    /// from which it is measured.
+    pub(super) fn set_longest(&mut self, longest: Option<f32>) {
+        self.states.scratch.found().longest = longest;
+    }
+
+    /// The largest component of a displacement since it was set [m].
+    pub(super) fn longest(&mut self) -> Option<f32> {
+        self.states.scratch.found().longest
+    }
+
     /// Begins or continues a tick: updates the states of the effects. Multipliers are stored where
     /// they are `read`, by later iterations or for measurements, and by tearing.
     pub fn prepare(&mut self, read: bool) {
@@ -590,9 +601,11 @@ impl Stepper<'_> {
             // SAFETY: all work is done.
             unsafe { shared.store(partitions, strips.stay(), context.instructions) };
         }
-        if shared.touched() {
+        let (touched, longest) = (shared.touched(), shared.longest());
+        if touched {
             self.touch();
         }
+        self.set_longest(longest);
         if result.is_err() {
             // Pieces far from the failed one may be some phases ahead of it.
             self.states.clear_solutions();
@@ -766,6 +779,12 @@ impl<'a> TaskContext<'a> {
         // SAFETY: the caller's promise.
         let (mut rows, loaded) = unsafe { shared.rows(piece) }.unzip();
         let is_loaded = loaded.as_deref().is_some_and(|it| it.contains(&true));
+        if shared.is_measured() && matches!(task, Task::EndAndBegin { .. } | Task::End { .. }) {
+            shared.measure(match rows.as_ref().filter(|_| is_loaded) {
+                Some(rows) => rows.longest(instructions),
+                None => stages::longest(&part),
+            });
+        }
         let not_finite = |substep| {
             move |place: usize| NotFinite {
                 particle: first + place,

@@ -254,12 +254,15 @@ fn advance_lanes(
         }
     }
     work.store_multipliers();
-    let touched = shared.map(|shared| shared.is_some_and(|it| it.touched()));
-    for ((body, result), touched) in bodies.iter_mut().zip(results).zip(touched) {
-        let Some(body) = body else { continue };
+    let found = shared.map(|shared| shared.map(|it| (it.touched(), it.longest())));
+    for ((body, result), found) in bodies.iter_mut().zip(results).zip(found) {
+        let (Some(body), Some((touched, longest))) = (body, found) else {
+            continue;
+        };
         if touched {
             body.touch();
         }
+        body.set_longest(longest);
         if result.is_err() {
             body.states.clear_solutions();
         }
@@ -395,12 +398,20 @@ impl Lanes<'_, '_> {
         let Some(context) = self.contexts.iter().flatten().next() else {
             return false;
         };
-        if !self.are_loaded || !context.end_and_begin(&mut self.columns.copies) {
+        if !self.are_loaded {
+            return false;
+        }
+        let is_measured = self.shared.iter().flatten().any(SharedBody::is_measured);
+        let longest = is_measured.then(|| self.columns.copies.longest(self.context.instructions));
+        if !context.end_and_begin(&mut self.columns.copies) {
             return false;
         }
         self.have_moved = true;
-        for (shared, result) in self.shared.iter().zip(&*self.results) {
+        for (lane, (shared, result)) in self.shared.iter().zip(&*self.results).enumerate() {
             if let (Some(shared), Ok(())) = (shared, result) {
+                if let Some(longest) = longest {
+                    shared.measure(longest[lane]);
+                }
                 // SAFETY: the bodies are borrowed, and this thread has them alone.
                 unsafe { shared.states.begin(&piece.particles) };
             }

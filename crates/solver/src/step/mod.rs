@@ -1,6 +1,7 @@
 //! Stepping bodies: the three stages, the steps around them, and sleeping.
 
 pub mod advance;
+mod apart;
 pub mod body;
 pub mod copies;
 pub mod emission;

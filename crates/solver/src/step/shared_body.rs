@@ -27,7 +27,7 @@ use std::{
     marker::PhantomData,
     ops::Range,
     slice,
-    sync::atomic::{AtomicBool, Ordering},
+    sync::atomic::{AtomicBool, AtomicU32, Ordering},
 };
 
 /// The mutable parts of a [`Stepper`], for access by piece from threads.
@@ -56,6 +56,9 @@ pub(crate) struct SharedBody<'a> {
     pub origin: Vec3,
     strips: Option<SharedStrips>,
     touched: AtomicBool,
+    /// The bits of [`Found::longest`](crate::effects::states::Found::longest): of numbers that are not
+    /// negative, they have the same order.
+    longest: Option<AtomicU32>,
     lives: PhantomData<&'a mut ()>,
 }
 
@@ -99,6 +102,7 @@ impl<'a> SharedBody<'a> {
         let scratch = body.states.scratch.found();
         let loads = &raw mut scratch.loads;
         let sides = &raw const scratch.sides[..];
+        let longest = scratch.longest.map(|it| AtomicU32::new(it.to_bits()));
         let spin = &mut scratch.spin;
         Self {
             positions: particles.positions.as_mut_ptr(),
@@ -121,6 +125,7 @@ impl<'a> SharedBody<'a> {
             origin: spin.origin,
             strips,
             touched: AtomicBool::new(false),
+            longest,
             lives: PhantomData,
         }
     }
@@ -226,6 +231,24 @@ impl<'a> SharedBody<'a> {
     /// Whether any contact was made, once all threads are done.
     pub fn touched(&self) -> bool {
         self.touched.load(Ordering::Relaxed)
+    }
+
+    /// Whether displacements are measured.
+    pub fn is_measured(&self) -> bool {
+        self.longest.is_some()
+    }
+
+    /// Records the largest component of a displacement on a piece [m].
+    pub fn measure(&self, longest: f32) {
+        if let Some(all) = &self.longest {
+            all.fetch_max(longest.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// The largest of all, once all threads are done; `None` unless it is measured.
+    pub fn longest(&self) -> Option<f32> {
+        let longest = self.longest.as_ref()?;
+        Some(f32::from_bits(longest.load(Ordering::Relaxed)))
     }
 
     /// Sums of the displacements of the particles of a piece.

@@ -84,6 +84,13 @@ pub fn average(part: Part, sums: &mut [Vec4], own_weight: f32) {
     }
 }
 
+/// The largest component of a displacement [m].
+pub fn longest(part: &Part) -> f32 {
+    let all = part.displacements.iter();
+    let longest = all.fold(Vec4::ZERO, |longest, u| longest.max(u.abs()));
+    longest.truncate().max_element()
+}
+
 fn check(part: &Part, h: f32) -> Result<(), usize> {
     first_not_finite(part.displacements, 1.0 / h).map_or(Ok(()), Err)
 }

@@ -36,6 +36,21 @@ pub struct Stepper<'a> {
     pub force: Option<&'a ExternalForce>,
 }
 
+impl Stepper<'_> {
+    /// Reborrows for a shorter lifetime.
+    pub(super) fn reborrow(&mut self) -> Stepper<'_> {
+        Stepper {
+            topology: self.topology,
+            particles: self.particles,
+            effects: self.effects,
+            states: self.states,
+            stitches: self.stitches,
+            direct: self.direct,
+            force: self.force,
+        }
+    }
+}
+
 /// Context that all bodies share.
 #[derive(Debug, Clone, Copy)]
 pub struct StepContext<'a> {

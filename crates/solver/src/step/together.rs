@@ -19,6 +19,7 @@
 
 use super::{
     advance::{NotFinite, Stage, StepContext, Stepper},
+    apart::{self, Apart},
     joints::{self, Joined},
     stage::Solve,
 };
@@ -47,6 +48,8 @@ pub struct GroupedBody<'a> {
     tracker: Option<Box<EnergyTracker>>,
     /// Whether another surface is near in the current substep, or a stitch joins it to another body.
     is_near: bool,
+    /// Whether no other body and no collider that is a mesh comes near it in the substeps under way.
+    pub(super) is_apart: bool,
 }
 
 impl<'a> GroupedBody<'a> {
@@ -60,11 +63,17 @@ impl<'a> GroupedBody<'a> {
             result: Ok(Ledger::default()),
             tracker: None,
             is_near: false,
+            is_apart: false,
         }
     }
 
     fn is_active(&self) -> bool {
-        self.is_stepped && self.result.is_ok()
+        self.is_stepped && self.result.is_ok() && !self.is_alone()
+    }
+
+    /// Whether it is stepped by itself: nothing comes near it, also not its own surface.
+    pub(super) fn is_alone(&self) -> bool {
+        self.is_apart && self.body.effects.self_contact.is_none()
     }
 
     /// Performs a part of a substep, unless it is not stepped or has failed.
@@ -107,6 +116,10 @@ impl Tangible for GroupedBody<'_> {
 
     fn is_stepped(&self) -> bool {
         self.is_stepped
+    }
+
+    fn is_apart(&self) -> bool {
+        self.is_apart
     }
 
     fn inverse_mass(&self, i: usize) -> f64 {
@@ -190,8 +203,34 @@ pub fn must_step_together<'a>(
 }
 
 /// Performs some substeps of a tick. A failed body keeps its state, and the others continue without
-/// it. Tracks energy if `tracked`.
+/// it. Tracks energy if `tracked`. Bodies that nothing comes near are stepped as without contact.
 pub fn advance(
+    bodies: &mut [GroupedBody],
+    contacts: &mut Contacts,
+    substeps: Range<u32>,
+    tracked: bool,
+    context: &StepContext,
+) {
+    if let Some(found) = Apart::find(bodies, &substeps, context) {
+        apart::advance(bodies, &substeps, tracked, context);
+        if bodies.iter().any(GroupedBody::is_active) {
+            advance_grouped(bodies, contacts, substeps.clone(), tracked, context);
+        } else {
+            contacts.rest();
+        }
+        let count = found.check(bodies, &substeps, context);
+        contacts.count_apart(count);
+        if count.is_some() {
+            return;
+        }
+    } else {
+        contacts.count_apart(Some(0));
+    }
+    advance_grouped(bodies, contacts, substeps, tracked, context);
+}
+
+/// Performs some substeps of a tick, of all bodies but those that nothing comes near.
+fn advance_grouped(
     bodies: &mut [GroupedBody],
     contacts: &mut Contacts,
     substeps: Range<u32>,

@@ -1,0 +1,181 @@
+//! What contact costs [ms per tick] beyond the same bodies without it, on one thread and on two:
+//! `cargo bench --package pliant_mesh --bench contact`.
+//!
+//! A cloth of 64² cells with both diagonals swings, 16 substeps per tick, with a ball of jelly. Each row
+//! compares it with contact and without in the same run, tick by tick: medians and longest ticks. The
+//! solver runs by itself, without Bevy.
+//!
+//! `contact path` prints the path of the program; `contact ROW with|without TICKS` steps one world, for
+//! programs that count instructions.
+
+use glam::{UVec2, Vec2, Vec3};
+use pliant_mesh::Primitive;
+use pliant_solver::{
+    Body, Compliance, Contact, Density, SelfContact, Stretch, Substeps, Threads, Topology,
+    VertexIndex, Volume, World,
+};
+use std::{
+    env,
+    error::Error,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+const SUBSTEPS: u32 = 16;
+const TICKS: usize = 120;
+const CELLS: u32 = 64;
+
+/// A comparison.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Row {
+    /// With `contact`; the other body is far away.
+    Far,
+    /// With `self_contact`, held along a side.
+    Itself,
+    /// With `self_contact`, held at two corners: it crumples.
+    Crumpled,
+    /// With `contact`; a ball of jelly falls onto the cloth.
+    Falls,
+    /// The same with `self_contact`, too.
+    Both,
+}
+
+impl Row {
+    const ALL: [Self; 5] = [
+        Self::Far,
+        Self::Itself,
+        Self::Crumpled,
+        Self::Falls,
+        Self::Both,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Far => "far",
+            Self::Itself => "self",
+            Self::Crumpled => "crumpled",
+            Self::Falls => "falls",
+            Self::Both => "both",
+        }
+    }
+
+    fn what(self) -> &'static str {
+        match self {
+            Self::Far => "`contact`, a ball of jelly 5 m away",
+            Self::Itself => "`self_contact`, held along a side",
+            Self::Crumpled => "`self_contact`, held at two corners, where it crumples",
+            Self::Falls => "`contact`, the ball falls onto it",
+            Self::Both => "`contact` and `self_contact`, the ball falls onto it",
+        }
+    }
+}
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+fn main() -> Outcome<()> {
+    let arguments: Vec<String> = env::args().skip(1).filter(|it| it != "--bench").collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments[..] {
+        [] => table(),
+        ["path"] => {
+            println!("{}", env::current_exe()?.display());
+            Ok(())
+        }
+        [row, how, ticks] => {
+            let row = Row::ALL.into_iter().find(|it| it.name() == row);
+            let row = row.ok_or("give `far`, `self`, `crumpled`, `falls` or `both`")?;
+            let mut world = world(row, how == "with", 1)?;
+            (0..ticks.parse::<u32>()?).for_each(|_| world.tick());
+            println!("{:x}", world.state_hash());
+            Ok(())
+        }
+        _ => Err("give nothing, `path`, or ROW with|without TICKS".into()),
+    }
+}
+
+fn table() -> Outcome<()> {
+    println!("| cloth of {CELLS}² | threads | without | with | more | longest |");
+    println!("|---|--:|--:|--:|--:|--:|");
+    for row in Row::ALL {
+        for threads in [1, 2] {
+            let mut worlds = [world(row, false, threads)?, world(row, true, threads)?];
+            let mut times = [const { Vec::new() }; 2];
+            for _ in 0..TICKS {
+                for (world, times) in worlds.iter_mut().zip(&mut times) {
+                    let started = Instant::now();
+                    world.tick();
+                    times.push(started.elapsed());
+                }
+            }
+            let longest = times[1].iter().max().copied().unwrap_or_default();
+            let [without, with] = times.map(median).map(milliseconds);
+            println!(
+                "| {} | {threads} | {without:.2} | {with:.2} | {:+.2} | {:.2} |",
+                row.what(),
+                with - without,
+                milliseconds(longest),
+            );
+        }
+    }
+    Ok(())
+}
+
+fn world(row: Row, touches: bool, threads: usize) -> Outcome<World> {
+    let cloth = Primitive::Cloth {
+        size: Vec2::ONE,
+        cells: UVec2::splat(CELLS),
+        diagonals: Default::default(),
+        shear: true,
+    };
+    let ball = Primitive::Sphere {
+        radius: 0.15,
+        cells: 8,
+    };
+    let mut cloth = body("cloth", &cloth, 0.2)?;
+    cloth.pins = match row {
+        Row::Itself => (0..=CELLS).map(VertexIndex).collect(),
+        _ => vec![VertexIndex(0), VertexIndex(CELLS)],
+    };
+    cloth.update_masses();
+    cloth.effects.stretch = Some(Stretch {
+        compliance: Compliance::new(1e-4)?,
+        ..Stretch::default()
+    });
+    let mut ball = body("ball", &ball, 200.0)?;
+    ball.effects.stretch = Some(Stretch {
+        compliance: Compliance::new(1e-3)?,
+        ..Stretch::default()
+    });
+    ball.effects.volume = Some(Volume::default());
+    ball.translate(match row {
+        Row::Far | Row::Itself | Row::Crumpled => Vec3::X * 5.0,
+        Row::Falls | Row::Both => Vec3::new(0.0, 0.3, -0.2),
+    });
+    let meets = !matches!(row, Row::Itself | Row::Crumpled);
+    let contact = (touches && meets).then(Contact::default);
+    cloth.effects.contact = contact;
+    ball.effects.contact = contact;
+    let itself = touches && !matches!(row, Row::Far | Row::Falls);
+    cloth.effects.self_contact = itself.then(SelfContact::default);
+    let mut world = World::default();
+    world.sleep.enabled = false;
+    world.settings.substeps = Substeps::new(SUBSTEPS)?;
+    world.threads = Threads::new(threads)?;
+    world.bodies = vec![cloth, ball];
+    Ok(world)
+}
+
+/// A body with this mass per measure.
+fn body(name: &str, shape: &Primitive, density: f32) -> Outcome<Body> {
+    let topology = Topology::new(shape.build()?.shape)?;
+    Ok(Body::new(name, Arc::new(topology), Density::new(density)?))
+}
+
+fn median(mut times: Vec<Duration>) -> Duration {
+    times.sort_unstable();
+    times[times.len() / 2]
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
