@@ -77,6 +77,25 @@ pub fn boxes_meet(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A, reach: f32)
         .meets(&around(second).displaced(&by))
 }
 
+/// Whether two primitives with these corners, those of the second displaced, are certainly farther apart than
+/// `reach` [m]: along the line between their middles. It decides for most neighbors on a surface, at a part
+/// of the cost of closest points.
+pub fn are_beyond(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A, reach: f32) -> bool {
+    let (first, second) = corners.split_at(kind.split());
+    let middle = |of: &[Vec3A]| of.iter().sum::<Vec3A>() / of.len() as f32;
+    let (one, other) = (middle(first), middle(second));
+    let apart = one - (other + displaced);
+    let length = apart.length();
+    let along = |of: &[Vec3A], from: Vec3A, sign: f32| {
+        let each = of.iter().map(|&at| (at - from).dot(apart) * sign);
+        each.fold(f32::INFINITY, f32::min)
+    };
+    let gap = length * length + along(first, one, 1.0) + along(second, other, -1.0);
+    // Rounding of coordinates and of the sum.
+    let size = (one.abs() + other.abs() + displaced.abs()).max_element();
+    gap > length * (reach * 1.001 + size * 2e-6)
+}
+
 /// Distance of two primitives with these corners, those of the second displaced [m].
 pub fn distance(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A) -> f64 {
     let mut corners = corners.map(|at| at.as_dvec3());

@@ -1,7 +1,7 @@
 //! Finds the pairs of primitives that may come near each other.
 
 use super::{
-    bounds::{Ball, Bounds, Columns, distance},
+    bounds::{Ball, Bounds, Columns, are_beyond, distance},
     closest::Kind,
     contacts::{Between, Contacts, HORIZON, Member, Piece},
 };
@@ -511,6 +511,9 @@ impl Finder {
             }
             let first = kind.corners((a, a.patch(members), other), (b, b.patch(members), number));
             let centers = first.map(|corner| claimed[corner as usize]);
+            if are_beyond(kind, centers, offset.center, reach) {
+                continue;
+            }
             let apart = distance(kind, centers, offset.center);
             if apart > reach.into() {
                 continue;

@@ -27,7 +27,7 @@ use crate::{
     contact::{
         Recorded,
         collider::SweptCollider,
-        pairs::{Tangible, half_thickness},
+        Tangible, half_thickness,
     },
     effects::body_kinds::BodyEffectStates,
     ledger::{self, Ledger},
