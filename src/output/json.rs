@@ -40,21 +40,8 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "overpressure_pa": last.overpressure,
         "inverted": last.inverted,
         "contacts": last.contacts,
-        "contacts_apart": last.contacts_apart,
-        "repeated_ticks": last.repeated_ticks,
-        "touched": run.touched.iter().map(|pair| json!({
-            "bodies": pair.bodies,
-            "seconds": pair.seconds,
-            "mean_force_n": pair.mean_force,
-            "largest_force_n": pair.largest_force,
-        })).collect::<Vec<_>>(),
-        "touched_surfaces": run.touched_surfaces.iter().map(|it| json!({
-            "body": it.body,
-            "collider": it.collider,
-            "seconds": it.seconds,
-            "mean_force_n": it.mean_force,
-            "largest_force_n": it.largest_force,
-        })).collect::<Vec<_>>(),
+        "touched": touched(run),
+        "touched_surfaces": touched_surfaces(run),
         "smallest_gap_m": run.smallest_gap(),
         "crossings": run.crossings(),
         "state_hash": format!("{:016x}", run.state_hash),
@@ -64,10 +51,41 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "reasons": run.reasons,
         "warnings": warnings(run),
     });
+    object["contacts_apart"] = json!(last.contacts_apart);
+    object["repeated_ticks"] = json!(last.repeated_ticks);
     if let Some(ledger) = &run.ledger {
         object["ledger_j"] = ledger_json(ledger);
     }
     object
+}
+
+/// Pairs of bodies that touched.
+fn touched(run: &Run) -> Vec<Value> {
+    let all = run.touched.iter();
+    let pairs = all.map(|pair| {
+        json!({
+            "bodies": pair.bodies,
+            "seconds": pair.seconds,
+            "mean_force_n": pair.mean_force,
+            "largest_force_n": pair.largest_force,
+        })
+    });
+    pairs.collect()
+}
+
+/// Bodies that touched a collider or the ground.
+fn touched_surfaces(run: &Run) -> Vec<Value> {
+    let all = run.touched_surfaces.iter();
+    let surfaces = all.map(|it| {
+        json!({
+            "body": it.body,
+            "collider": it.collider,
+            "seconds": it.seconds,
+            "mean_force_n": it.mean_force,
+            "largest_force_n": it.largest_force,
+        })
+    });
+    surfaces.collect()
 }
 
 /// Sources and sinks of energy [J].

@@ -24,13 +24,11 @@ use super::{
 };
 use crate::{
     Particles, Stitches, Threads, WorkEstimate,
-    contact::{
-        Recorded,
-        collider::SweptCollider,
-        Tangible, half_thickness,
-    },
+    colliders::collider::SweptCollider,
+    contact::{Tangible, half_thickness},
     effects::body_kinds::BodyEffectStates,
     ledger::{self, Ledger},
+    particles::surface_force::Recorded,
 };
 use glam::{Vec3, Vec4};
 use std::ops::Range;
@@ -423,7 +421,7 @@ mod tests {
             with.tick();
             without.tick();
             assert_eq!(hashes(&with)[2..], hashes(&without), "tick {tick}");
-            let counts = with.contacts.counts();
+            let counts = with.contacts().counts();
             assert!(counts.apart >= 5, "tick {tick}: {counts:?}");
             assert_eq!(counts.repeated, 0);
             met |= counts.acting > 0;
@@ -454,11 +452,11 @@ mod tests {
             together.tick();
             assert_eq!(hashes(&tried), hashes(&together), "tick {tick}");
             assert_eq!(tried.crossings(), 0, "tick {tick}");
-            apart += tried.contacts.counts().apart;
-            assert_eq!(together.contacts.counts().apart, 0);
+            apart += tried.contacts().counts().apart;
+            assert_eq!(together.contacts().counts().apart, 0);
         }
         assert!(
-            tried.contacts.counts().repeated > 0,
+            tried.contacts().counts().repeated > 0,
             "it comes near at once"
         );
         assert!(apart > 0, "the third is left alone");
