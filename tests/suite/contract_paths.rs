@@ -30,7 +30,7 @@ fn visit(
 ) {
     let here = &package.modules[module];
     let own = here.items.iter().filter(|(_, is_public)| **is_public);
-    let own = own.map(|(name, _)| (name, [&module[..], &[name.clone()]].concat()));
+    let own = own.map(|(name, _)| (name, [&module[..], std::slice::from_ref(name)].concat()));
     let others = here.imports.iter().filter(|(_, it)| it.is_public);
     let others = others.map(|(name, it)| (name, package.definition(&it.path)));
     for (name, origin) in own.chain(others) {
