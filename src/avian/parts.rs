@@ -16,7 +16,7 @@ pub(super) struct Represents(pub(super) Entity);
 /// The entity that stands for a body of Avian's.
 #[derive(Component, Debug)]
 #[relationship_target(relationship = Represents, linked_spawn)]
-pub(super) struct Represented(pub(super) Vec<Entity>);
+pub(super) struct Represented(Vec<Entity>);
 
 /// A body whose colliders have no surface, of which a warning has been given.
 #[derive(Component, Debug)]

@@ -19,6 +19,7 @@ use pliant::{
         advance::{Stage, StepContext, Watch},
         contact::{Swept, rotation},
         deform::Random,
+        tick::{Member, Tick, Work},
     },
 };
 
@@ -93,7 +94,6 @@ fn run_among(
     for tick in 0..4 {
         let time = f64::from(tick) * settings.tick_seconds();
         swept.fill(colliders.iter(), settings, time);
-        body.begin_tick(true);
         let context = StepContext {
             settings,
             time,
@@ -102,9 +102,15 @@ fn run_among(
             instructions,
             watch,
         };
-        let substeps = 0..settings.substeps.get();
-        let done = body.stepper().advance(substeps, &context);
-        done.expect("it stays finite");
+        let work = Work {
+            keeps_multipliers: true,
+            is_tracked: false,
+            has_group: false,
+        };
+        let mut tick = Tick::default();
+        let mut bodies = [Member::new(0, &mut body)];
+        tick.begin(&mut bodies, work, &context);
+        tick.advance(&mut bodies, &(0..settings.substeps.get()), work, &context);
     }
     body
 }

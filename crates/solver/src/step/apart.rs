@@ -400,7 +400,7 @@ mod tests {
     fn a_body_beside_others_that_meet_is_stepped_as_without_contact() {
         let topology = topology();
         let lone = (0..5).map(|i| {
-            let at = Vec3::new(5.0 + 2.0 * i as f32, 0.0, 0.0);
+            let at = Vec3::new(5.0 + 4.0 * i as f32, 0.0, 0.0);
             let mut body = sheet(&topology, at, Vec3::Y * i as f32);
             body.particles.set_velocity(3, Vec3::new(1.0, 2.0, -1.0));
             body
