@@ -344,17 +344,27 @@ impl Bodies<'_, '_> {
         );
     }
 
-    /// Runs some substeps of a tick, and tracks the energy if `is_tracked`. Returns the ledger of all
-    /// bodies, or `None` if one has failed.
+    /// Runs some substeps of a tick, which `begins` with them or has begun, and tracks the energy if
+    /// `is_tracked`. Returns the ledger of all bodies, or `None` if one has failed.
     pub fn advance(
         &mut self,
         substeps: &Range<u32>,
         (keeps_multipliers, is_tracked): (bool, bool),
+        begins: bool,
     ) -> (Option<Ledger>, Vec<Turned>) {
+        if begins {
+            self.number();
+            self.contacts.begin_tick();
+        }
         let work = self.work_of((keeps_multipliers, is_tracked), Stepping::Whole);
         let done = self.lend(
             |staged, body| staged.takes(body, Stepping::Whole),
-            |tick, bodies, lent| tick.advance(bodies, substeps, work, lent.context),
+            |tick, bodies, lent| {
+                if begins {
+                    tick.begin(bodies, work, lent.context);
+                }
+                tick.advance(bodies, substeps, work, lent.context)
+            },
         );
         self.contacts.collect();
         done

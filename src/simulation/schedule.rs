@@ -56,11 +56,12 @@ pub enum SoftBodySystems {
 pub enum StepSystems {
     /// Wakes bodies whose components have changed.
     Wake,
-    /// Updates masses, validates input, wakes disturbed bodies.
+    /// Updates masses, and wakes all bodies if settings or colliders have changed.
     Begin,
-    /// Runs the substeps.
+    /// Wakes disturbed bodies and validates the input, before the first substep, and runs the substeps.
     Substeps,
-    /// Updates sleep and statistics.
+    /// Tears bodies, adds and removes grains and bodies, lets bodies sleep, sends messages, and takes
+    /// statistics.
     End,
 }
 

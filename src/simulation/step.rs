@@ -299,9 +299,15 @@ pub(super) fn run_substeps(
         let found = colliders.iter(world);
         sorted.extend(found.map(|(entity, order)| (*order, entity)));
         sorted.sort_unstable();
-        begin_tick(world, &sorted, bodies);
+        begin_tick(world, &sorted);
     } else {
         all(bodies, world).resume();
+    }
+    // Where nothing asks for more, bodies begin the tick and are stepped while the solver has them.
+    let is_on = world.resource::<EnergyLedger>().on;
+    let mut begins = next == 0 && !is_on && *plan::others(world) == Others::Nothing;
+    if next == 0 && !begins {
+        begin_bodies(world, bodies);
     }
     // A tick that may exceed the budget is run in parts, so that it can be interrupted.
     let at_once = deadline.map_or(count, |deadline| {
@@ -316,7 +322,7 @@ pub(super) fn run_substeps(
         let length = if any_whole { at_once } else { 1 };
         let substeps = next..count.min(next.saturating_add(length));
         if any_whole {
-            advance_all(world, bodies, &substeps);
+            advance_all(world, bodies, &substeps, take(&mut begins));
         }
         if !any_staged {
             pass(world, substeps.len() as u32);
@@ -348,14 +354,9 @@ pub(super) fn run_substeps(
 }
 
 /// Begins a tick with these colliders.
-fn begin_tick(
-    world: &mut World,
-    colliders: &[(SpawnOrder, Entity)],
-    bodies: &mut SystemState<Bodies>,
-) {
+fn begin_tick(world: &mut World, colliders: &[(SpawnOrder, Entity)]) {
     let settings = world.resource::<UnderWay>().settings;
-    let clock = world.resource::<SimulationClock>();
-    let (start, tick) = (clock.time, clock.tick());
+    let start = world.resource::<SimulationClock>().time;
     let mut swept = take(&mut world.resource_mut::<CurrentSubstep>().swept);
     let found = colliders.iter();
     let found = found.filter_map(|(_, entity)| world.get::<Collider>(*entity));
@@ -370,10 +371,16 @@ fn begin_tick(
     current.settings = settings;
     current.time = start;
     current.swept = swept;
+}
+
+/// Begins a tick of all bodies.
+fn begin_bodies(world: &mut World, bodies: &mut SystemState<Bodies>) {
     let keeps = keeps_multipliers(world);
     let turned = all(bodies, world).begin_tick(keeps);
     turn(world, turned);
     if world.resource::<EnergyLedger>().on {
+        let settings = world.resource::<UnderWay>().settings;
+        let tick = world.resource::<SimulationClock>().tick();
         EnergyLedger::begin_tick(world, &settings, tick);
     }
 }
@@ -460,12 +467,18 @@ fn find_staged(
     world.resource_mut::<Staged>().set_if_neq(staged);
 }
 
-/// Runs some substeps of the bodies that are stepped without the schedules.
-fn advance_all(world: &mut World, bodies: &mut SystemState<Bodies>, substeps: &Range<u32>) {
+/// Runs some substeps of the bodies that are stepped without the schedules; the tick `begins` with them, or has
+/// begun.
+fn advance_all(
+    world: &mut World,
+    bodies: &mut SystemState<Bodies>,
+    substeps: &Range<u32>,
+    begins: bool,
+) {
     let is_tracked = world.resource::<EnergyLedger>().on;
     let keeps = keeps_multipliers(world);
     let started = Instant::now();
-    let (ledger, turned) = all(bodies, world).advance(substeps, (keeps, is_tracked));
+    let (ledger, turned) = all(bodies, world).advance(substeps, (keeps, is_tracked), begins);
     world.resource_mut::<Profile>().solve(started.elapsed());
     if is_tracked {
         world.resource_mut::<EnergyLedger>().add(ledger);
