@@ -40,7 +40,7 @@ pub enum ColliderShape {
         length: f32,
     },
     /// Triangles, closed or open. Bodies touch it from both sides, with their vertices, edges and
-    /// triangles, and do not cross it (see [`contact`](super)). The other functions of this
+    /// triangles, and do not cross it (see [`contact`](crate::contact)). The other functions of this
     /// type are those of a point without extent, which does not touch it.
     Mesh(ColliderMesh),
 }

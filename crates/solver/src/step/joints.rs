@@ -1,6 +1,6 @@
 //! Stitches between bodies: which bodies they join, and their constraints.
 //!
-//! Joined bodies are stepped [together](super::together), and sleep and wake together. A stitch
+//! Joined bodies are stepped together, and sleep and wake together. A stitch
 //! belongs to one of the two. It is solved after the constraints of all bodies, before grabs, rods
 //! and contacts: Δλ = −(C + α̃λ)/(W + α̃) for C = a − b [m], as [within a body](crate::Stitches). Both
 //! ends receive opposite forces, so that momentum is conserved.

@@ -29,7 +29,7 @@ pub enum Stage {
     /// Contact of the body with itself.
     SelfContact,
     /// Stitches to other bodies, after the constraints of all bodies and before grabs and rods. They
-    /// are left to [`together`](super::together).
+    /// are left to `together`.
     Joints,
     /// Velocities are derived from positions.
     Postsolve,
@@ -77,7 +77,7 @@ const PREDICTION: usize = count(BodyPhase::Prediction);
 const ITERATION: usize =
     1 + ElasticKind::COUNT + count(BodyPhase::Iteration) + count(BodyPhase::IterationEnd);
 
-/// In a contact pass. Contacts between bodies are left to [`together`](super::together).
+/// In a contact pass. Contacts between bodies are left to `together`.
 const CONTACT: usize = 2 + count(BodyPhase::Contact);
 
 impl Stage {
