@@ -1,7 +1,7 @@
 //! Passes bodies from the ECS to the solver and back.
 //!
 //! The solver steps a [`Body`]; here its parts are components. What is large is exchanged with an empty
-//! body of the same number, which costs no copy; nobody sees the components meanwhile.
+//! body of the same number, which costs no copy; no other system runs meanwhile.
 
 use super::{
     AddedMass, Asleep, BodyContacts, BodyDensity, BodyDirectWorkspace, BodySleep, CurrentSubstep,

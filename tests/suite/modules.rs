@@ -167,8 +167,8 @@ impl Package {
         followed.map_or(path.to_vec(), |path| self.definition(&path))
     }
 
-    /// The module that defines what a path names, as far as it is in the package and re-exports lead
-    /// there in so many steps.
+    /// The module that defines what a path names, as far as it is in the package and at most `steps`
+    /// re-exports lead there.
     fn origin(&self, path: &[String], steps: usize) -> Option<&[String]> {
         let known = |end| self.modules.get_key_value(&path[..end]);
         let (at, module) = (0..=path.len()).rev().find_map(known)?;
