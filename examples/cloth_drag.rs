@@ -22,7 +22,8 @@ fn setup(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>
     (material.double_sided, material.cull_mode) = (true, None);
     let material = MeshMaterial3d(materials.add(material));
     commands.spawn((cloth.build(), Stretch::default(), material));
-    commands.spawn((DirectionalLight::default(), Transform::default()));
+    let light = Transform::from_xyz(1.0, 3.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y);
+    commands.spawn((DirectionalLight::default(), light));
     commands.spawn((Camera3d::default(), Transform::from_xyz(0.0, 1.0, 4.0)));
 }
 
@@ -35,6 +36,12 @@ fn drag(
     mut actions: ResMut<Actions>,
     mut grabbed: Local<Option<SoftBodyHit>>,
 ) {
+    // Also outside of the window.
+    if !buttons.pressed(MouseButton::Left)
+        && let Some(hit) = grabbed.take()
+    {
+        actions.push(Action::Release { body: hit.body });
+    }
     let at = window.cursor_position();
     let ray = at.and_then(|at| camera.0.viewport_to_world(camera.1, at).ok());
     let Some(ray) = ray else { return };
@@ -44,12 +51,8 @@ fn drag(
             actions.push(hit.grab());
         }
     }
-    let Some(hit) = *grabbed else { return };
-    let (body, target) = (hit.body, ray.get_point(hit.distance));
-    if buttons.pressed(MouseButton::Left) {
+    if let Some(hit) = &*grabbed {
+        let (body, target) = (hit.body, ray.get_point(hit.distance));
         actions.push(Action::MoveGrab { body, target });
-    } else {
-        actions.push(Action::Release { body });
-        *grabbed = None;
     }
 }

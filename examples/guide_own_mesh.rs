@@ -49,7 +49,8 @@ fn setup(
     if let Some(skin) = mesh.skin {
         body.insert(BodySkin(Arc::new(skin)));
     }
-    commands.spawn((DirectionalLight::default(), Transform::default()));
+    let light = Transform::from_xyz(1.0, 3.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y);
+    commands.spawn((DirectionalLight::default(), light));
     commands.spawn((Camera3d::default(), Transform::from_xyz(0.0, 0.5, 2.0)));
     Ok(())
 }

@@ -59,7 +59,7 @@ pub(super) fn fill(
     if volume <= 0.0 {
         return Err(MeshError::unusable(
             "the surface encloses no volume",
-            "close it, or import it as a shell",
+            "close it, or import it as a shell, with the treatment `Shell`",
         ));
     }
     let (used, mut filling) = match cells {
@@ -125,7 +125,7 @@ impl<'a> Solid<'a> {
             if vector.length() > SHEET * area {
                 return Err(MeshError::unusable(
                     format!("the surface is open ({rim}) and too flat to enclose a volume"),
-                    "close it, or import it as a shell",
+                    "close it, or import it as a shell, with the treatment `Shell`",
                 ));
             }
             notes.push(format!(
