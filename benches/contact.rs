@@ -1,17 +1,17 @@
 //! What contact costs [ms per tick] beyond the same bodies without it, on one thread and on two:
 //! `cargo bench --package pliant_mesh --bench contact`.
 //!
-//! A cloth of 64² cells with both diagonals swings, 16 substeps per tick, with a ball of jelly. Each row
-//! compares it with contact and without in the same run, tick by tick: medians and longest ticks. The
-//! solver runs by itself, without Bevy.
+//! A cloth of 64² cells with both diagonals swings, 16 substeps per tick, with a ball of jelly; cubes pile up; a
+//! cloth folds. Each row compares it with contact and without in the same run, tick by tick: medians and
+//! longest ticks. The solver runs by itself, without Bevy.
 //!
 //! `contact path` prints the path of the program; `contact ROW with|without TICKS` steps one world, for
 //! programs that count instructions.
 
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, UVec3, Vec2, Vec3};
 use pliant_mesh::Primitive;
 use pliant_solver::{
-    Body, Compliance, Contact, Density, SelfContact, Stretch, Substeps, Threads, Topology,
+    Body, Compliance, Contact, Density, Ground, SelfContact, Stretch, Substeps, Threads, Topology,
     VertexIndex, Volume, World,
 };
 use std::{
@@ -38,15 +38,21 @@ enum Row {
     Falls,
     /// The same with `self_contact`, too.
     Both,
+    /// Twenty-seven cubes of jelly fall onto each other and come to rest.
+    Pile,
+    /// A cloth stands on its edge, slightly curved, and folds over itself.
+    Folds,
 }
 
 impl Row {
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 7] = [
         Self::Far,
         Self::Itself,
         Self::Crumpled,
         Self::Falls,
         Self::Both,
+        Self::Pile,
+        Self::Folds,
     ];
 
     fn name(self) -> &'static str {
@@ -56,6 +62,8 @@ impl Row {
             Self::Crumpled => "crumpled",
             Self::Falls => "falls",
             Self::Both => "both",
+            Self::Pile => "pile",
+            Self::Folds => "folds",
         }
     }
 
@@ -66,6 +74,8 @@ impl Row {
             Self::Crumpled => "`self_contact`, held at two corners, where it crumples",
             Self::Falls => "`contact`, the ball falls onto it",
             Self::Both => "`contact` and `self_contact`, the ball falls onto it",
+            Self::Pile => "27 cubes of 125 particles with `contact` fall onto each other",
+            Self::Folds => "`self_contact`, stands on its edge and folds over itself",
         }
     }
 }
@@ -83,7 +93,8 @@ fn main() -> Outcome<()> {
         }
         [row, how, ticks] => {
             let row = Row::ALL.into_iter().find(|it| it.name() == row);
-            let row = row.ok_or("give `far`, `self`, `crumpled`, `falls` or `both`")?;
+            let row =
+                row.ok_or("give `far`, `self`, `crumpled`, `falls`, `both`, `pile` or `folds`")?;
             let mut world = world(row, how == "with", 1)?;
             (0..ticks.parse::<u32>()?).for_each(|_| world.tick());
             println!("{:x}", world.state_hash());
@@ -121,6 +132,19 @@ fn table() -> Outcome<()> {
 }
 
 fn world(row: Row, touches: bool, threads: usize) -> Outcome<World> {
+    let mut world = World::default();
+    world.sleep.enabled = false;
+    world.settings.substeps = Substeps::new(SUBSTEPS)?;
+    world.threads = Threads::new(threads)?;
+    world.bodies = match row {
+        Row::Pile => pile(touches)?,
+        Row::Folds => folds(touches)?,
+        _ => cloth_and_ball(row, touches)?,
+    };
+    Ok(world)
+}
+
+fn cloth_and_ball(row: Row, touches: bool) -> Outcome<Vec<Body>> {
     let cloth = Primitive::Cloth {
         size: Vec2::ONE,
         cells: UVec2::splat(CELLS),
@@ -148,8 +172,8 @@ fn world(row: Row, touches: bool, threads: usize) -> Outcome<World> {
     });
     ball.effects.volume = Some(Volume::default());
     ball.translate(match row {
-        Row::Far | Row::Itself | Row::Crumpled => Vec3::X * 5.0,
         Row::Falls | Row::Both => Vec3::new(0.0, 0.3, -0.2),
+        _ => Vec3::X * 5.0,
     });
     let meets = !matches!(row, Row::Itself | Row::Crumpled);
     let contact = (touches && meets).then(Contact::default);
@@ -157,12 +181,58 @@ fn world(row: Row, touches: bool, threads: usize) -> Outcome<World> {
     ball.effects.contact = contact;
     let itself = touches && !matches!(row, Row::Far | Row::Falls);
     cloth.effects.self_contact = itself.then(SelfContact::default);
-    let mut world = World::default();
-    world.sleep.enabled = false;
-    world.settings.substeps = Substeps::new(SUBSTEPS)?;
-    world.threads = Threads::new(threads)?;
-    world.bodies = vec![cloth, ball];
-    Ok(world)
+    Ok(vec![cloth, ball])
+}
+
+fn pile(touches: bool) -> Outcome<Vec<Body>> {
+    let cube = Primitive::Box {
+        size: Vec3::splat(0.3),
+        cells: UVec3::splat(4),
+    };
+    let mut cube = body("cube", &cube, 100.0)?;
+    cube.effects.stretch = Some(Stretch {
+        compliance: Compliance::new(1e-5)?,
+        ..Stretch::default()
+    });
+    cube.effects.volume = Some(Volume::default());
+    cube.effects.ground = Some(Ground::default());
+    cube.effects.contact = touches.then(Contact::default);
+    let cubes = (0..27).map(|number| {
+        let [x, y, z] = [number % 3, number / 9, number / 3 % 3].map(|it| it as f32);
+        let mut cube = cube.clone();
+        // Each layer lies a quarter of a cube beside the one below.
+        cube.translate(Vec3::new(
+            0.34 * x + 0.08 * y,
+            0.2 + 0.4 * y,
+            0.34 * z + 0.06 * y,
+        ));
+        cube
+    });
+    Ok(cubes.collect())
+}
+
+fn folds(touches: bool) -> Outcome<Vec<Body>> {
+    let cloth = Primitive::Cloth {
+        size: Vec2::new(1.26, 1.26),
+        cells: UVec2::splat(63),
+        diagonals: Default::default(),
+        shear: true,
+    };
+    let mut cloth = body("cloth", &cloth, 0.2)?;
+    for i in 0..cloth.particles.len() {
+        let x = cloth.particles.position(i).as_vec3();
+        let along = x.z + 0.63;
+        let curved = Vec3::new(x.x, 0.01 + along, 0.05 * (5.0 * along).sin());
+        cloth.particles.set_position(i, curved.as_dvec3());
+    }
+    cloth.tick_start.clone_from(&cloth.particles);
+    cloth.effects.stretch = Some(Stretch {
+        compliance: Compliance::new(1e-4)?,
+        ..Stretch::default()
+    });
+    cloth.effects.ground = Some(Ground::default());
+    cloth.effects.self_contact = touches.then(SelfContact::default);
+    Ok(vec![cloth])
 }
 
 /// A body with this mass per measure.

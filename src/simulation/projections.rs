@@ -27,7 +27,7 @@ pub fn per_tick(world: &mut World) -> f64 {
     let settings = **world.resource::<SimulationSettings>();
     let time = world.resource::<SimulationClock>().time();
     let colliders = plain::colliders(world);
-    let (mut elements, mut contacts) = (0, world.resource::<BodyContacts>().counts().near);
+    let (mut elements, mut contacts) = (0, world.resource::<BodyContacts>().counts().acting);
     for body in bodies_in_order(world) {
         let body = world.entity(body);
         if body.contains::<Asleep>() || body.contains::<Quarantined>() {

@@ -2,7 +2,7 @@
 
 use super::closest::Kind;
 use crate::lanes::{Instructions, Lanes, SimdWork};
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::{f32x8, prelude::*, u32x8};
 use glam::{DVec3, UVec3, Vec3A};
 use std::ops::Range;
 
@@ -77,39 +77,17 @@ pub fn boxes_meet(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A, reach: f32)
         .meets(&around(second).displaced(&by))
 }
 
-/// Whether two primitives with these corners, those of the second displaced, are certainly farther apart than
-/// `reach` [m]: along the line between their middles. It decides for most neighbors on a surface, at a part
-/// of the cost of closest points.
-pub fn are_beyond(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A, reach: f32) -> bool {
-    let (first, second) = corners.split_at(kind.split());
-    let middle = |of: &[Vec3A]| of.iter().sum::<Vec3A>() / of.len() as f32;
-    let (one, other) = (middle(first), middle(second));
-    let apart = one - (other + displaced);
-    let length = apart.length();
-    let along = |of: &[Vec3A], from: Vec3A, sign: f32| {
-        let each = of.iter().map(|&at| (at - from).dot(apart) * sign);
-        each.fold(f32::INFINITY, f32::min)
-    };
-    let gap = length * length + along(first, one, 1.0) + along(second, other, -1.0);
-    // Rounding of coordinates and of the sum.
-    let size = (one.abs() + other.abs() + displaced.abs()).max_element();
-    gap > length * (reach * 1.001 + size * 2e-6)
-}
-
-/// Distance of two primitives with these corners, those of the second displaced [m].
-pub fn distance(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A) -> f64 {
-    let mut corners = corners.map(|at| at.as_dvec3());
-    for corner in &mut corners[kind.split()..] {
-        *corner += displaced.as_dvec3();
-    }
-    kind.distance(corners)
-}
-
-/// A box [m].
+/// A box [m]; by default the empty one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     pub low: Vec3A,
     pub high: Vec3A,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self::EMPTY
+    }
 }
 
 impl Bounds {
@@ -175,33 +153,60 @@ impl Bounds {
 /// [`Grid`] for up to some hundred boxes.
 #[derive(Debug, Default)]
 pub struct Columns {
-    /// Lower bounds along x, y and z, and upper ones, of eight boxes.
-    eights: Vec<[[f32; 8]; 6]>,
+    eights: Vec<Eight>,
+}
+
+/// Eight boxes.
+#[derive(Debug)]
+struct Eight {
+    /// Lower bounds along x, y and z, and upper ones [m].
+    boxes: [[f32; 8]; 6],
+    /// Up to three vertices of what is in each.
+    vertices: [[u32; 8]; 3],
 }
 
 impl Columns {
-    /// Stores the boxes.
-    pub fn fill(&mut self, boxes: &[Bounds]) {
+    /// Stores boxes, with the vertices of what is in them, if boxes that share one are to be left out.
+    pub fn fill(&mut self, boxes: &[Bounds], vertices: Option<&[[u32; 3]]>) {
         self.eights.clear();
-        self.eights.extend(boxes.chunks(8).map(|some| {
-            // Padding that overlaps nothing.
-            let mut columns = [[f32::INFINITY; 8]; 6];
-            for (place, each) in some.iter().enumerate() {
-                for axis in 0..3 {
-                    columns[axis][place] = each.low[axis];
-                    columns[axis + 3][place] = each.high[axis];
+        self.eights
+            .extend(boxes.chunks(8).enumerate().map(|(number, some)| {
+                // Padding that overlaps nothing.
+                let mut eight = Eight {
+                    boxes: [[f32::INFINITY; 8]; 6],
+                    vertices: [[u32::MAX; 8]; 3],
+                };
+                for (place, each) in some.iter().enumerate() {
+                    for axis in 0..3 {
+                        eight.boxes[axis][place] = each.low[axis];
+                        eight.boxes[axis + 3][place] = each.high[axis];
+                    }
                 }
-            }
-            columns
-        }));
+                let vertices = vertices.map_or(&[][..], |all| &all[8 * number..]);
+                for (place, each) in vertices.iter().take(8).enumerate() {
+                    for (column, &vertex) in eight.vertices.iter_mut().zip(each) {
+                        column[place] = vertex;
+                    }
+                }
+                eight
+            }));
     }
 
     /// Adds to `hits` the pairs of a query, by its number, and a box that it overlaps, both in
-    /// their order.
-    pub fn near(&self, queries: &[Bounds], instructions: Instructions, hits: &mut Vec<[u32; 2]>) {
+    /// their order; with the vertices of the queries, only those that share none. Where the queries are
+    /// the boxes themselves, each pair only once.
+    pub fn near(
+        &self,
+        (queries, vertices): (&[Bounds], Option<&[[u32; 3]]>),
+        are_same: bool,
+        instructions: Instructions,
+        hits: &mut Vec<[u32; 2]>,
+    ) {
         instructions.run(Overlaps {
             eights: &self.eights,
             queries,
+            vertices,
+            are_same,
             hits,
         });
     }
@@ -209,8 +214,10 @@ impl Columns {
 
 /// Compares boxes with all others, eight at once.
 struct Overlaps<'a> {
-    eights: &'a [[[f32; 8]; 6]],
+    eights: &'a [Eight],
     queries: &'a [Bounds],
+    vertices: Option<&'a [[u32; 3]]>,
+    are_same: bool,
     hits: &'a mut Vec<[u32; 2]>,
 }
 
@@ -218,14 +225,44 @@ impl SimdWork for Overlaps<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         for (number, query) in (0..).zip(self.queries) {
-            let low = query.low.to_array().map(|x| f32x8::splat(simd, x));
-            let high = query.high.to_array().map(|x| f32x8::splat(simd, x));
-            for (eight, columns) in (0..).zip(self.eights) {
-                let column = |place: usize| f32x8::from_slice(simd, &columns[place]);
-                let along = |axis: usize| {
-                    column(axis).simd_le(high[axis]) & column(axis + 3).simd_ge(low[axis])
-                };
-                let mut overlaps = (along(0) & along(1) & along(2)).to_bitmask();
+            let low = [query.low.x, query.low.y, query.low.z];
+            let high = [query.high.x, query.high.y, query.high.z];
+            let low = [
+                f32x8::splat(simd, low[0]),
+                f32x8::splat(simd, low[1]),
+                f32x8::splat(simd, low[2]),
+            ];
+            let high = [
+                f32x8::splat(simd, high[0]),
+                f32x8::splat(simd, high[1]),
+                f32x8::splat(simd, high[2]),
+            ];
+            let own = self.vertices.map(|all| all[number as usize]);
+            let first = if self.are_same { number / 8 } else { 0 };
+            for (eight, columns) in (first..).zip(&self.eights[first as usize..]) {
+                let [x, y, z, to_x, to_y, to_z] = &columns.boxes;
+                let along_x = f32x8::from_slice(simd, x).simd_le(high[0])
+                    & f32x8::from_slice(simd, to_x).simd_ge(low[0]);
+                let along_y = f32x8::from_slice(simd, y).simd_le(high[1])
+                    & f32x8::from_slice(simd, to_y).simd_ge(low[1]);
+                let along_z = f32x8::from_slice(simd, z).simd_le(high[2])
+                    & f32x8::from_slice(simd, to_z).simd_ge(low[2]);
+                let mut overlaps = (along_x & along_y & along_z).to_bitmask();
+                if overlaps != 0
+                    && let Some([a, b, c]) = own
+                {
+                    for vertices in &columns.vertices {
+                        let all = u32x8::from_slice(simd, vertices);
+                        let shared = all.simd_eq(u32x8::splat(simd, a))
+                            | all.simd_eq(u32x8::splat(simd, b))
+                            | all.simd_eq(u32x8::splat(simd, c));
+                        overlaps &= !shared.to_bitmask();
+                    }
+                }
+                if self.are_same && eight == first {
+                    // Those after it.
+                    overlaps &= !1 << (number % 8);
+                }
                 while overlaps != 0 {
                     self.hits
                         .push([number, eight * 8 + overlaps.trailing_zeros()]);
@@ -384,10 +421,10 @@ mod tests {
                 assert_eq!(found, expected);
                 pairs += expected.len();
             }
-            columns.fill(&some);
+            columns.fill(&some, None);
             for instructions in Instructions::all() {
                 let mut hits = Vec::new();
-                columns.near(&others, instructions, &mut hits);
+                columns.near((&others, None), false, instructions, &mut hits);
                 let queries = others.iter().zip(0..);
                 let expected = queries.flat_map(|(other, query)| {
                     let overlapping = some.iter().zip(0..).filter(|(it, _)| it.meets(other));

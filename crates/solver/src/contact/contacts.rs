@@ -5,8 +5,9 @@ use super::{
     closed_mesh::ClosedMesh,
     common::CommonMotion,
     crossing::Crossing,
-    detect::{Batch, Candidate, NearPart, PiecePair, Scratch},
+    detect::{Batch, Candidate, PiecePair, Scratch},
     manifold::Manifolds,
+    open::NearPart,
     rigid::Rigid,
     row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
     stitched::StitchedVertices,
@@ -49,7 +50,7 @@ pub(crate) enum Between {
 pub struct ContactCounts {
     /// Pairs of primitives that may come near each other.
     pub candidates: usize,
-    /// Candidates near enough for a constraint.
+    /// Candidates that may come near enough for a constraint.
     pub near: usize,
     /// Constraints with a force.
     pub acting: usize,
@@ -86,13 +87,20 @@ pub struct Contacts {
     /// Half the length of the motion of each corner in the frame of its piece [m].
     pub(super) half_motions: Vec<f32>,
     pub(super) claimed: Vec<Vec3A>,
+    /// Position of each corner at the start of the substep in the frame of its piece [m].
+    pub(super) offsets: Vec<Vec3A>,
+    /// How far each corner has moved in the substep, relative to the mean motion of its piece [m], where that
+    /// was measured, by piece.
+    pub(super) moved: Vec<f32>,
+    pub(super) measured: Vec<bool>,
+    pub(super) corners_of: VertexCorners,
     /// Pieces that may come near each other, and the bound on their relative motion.
     pub(super) pairs: Vec<PiecePair>,
     pub(super) batches: Vec<Batch>,
     pub(super) candidates: Vec<Candidate>,
     /// Lower bounds of the gaps of the candidates at the start of the substep [m].
     pub(super) gaps: Vec<f32>,
-    /// The near candidates, in parts for the threads.
+    /// The open candidates, in parts for the threads.
     pub(super) near: Vec<NearPart>,
     /// Rows of each kind of contact.
     pub(super) rows: [Vec<ContactRow>; KINDS],
@@ -202,6 +210,45 @@ pub(super) struct Piece {
     pub(super) claimed_radius: f32,
     /// Maximum reach of a ball beyond the center of the claimed one [m].
     pub(super) travel: f32,
+    /// How far a corner has moved at most relative to the mean motion, where that was measured [m].
+    pub(super) farthest: f32,
+}
+
+/// Corners of pieces by their surface vertex.
+#[derive(Debug, Default)]
+pub(super) struct VertexCorners {
+    /// Index of the first of each vertex, and the number of all.
+    first: Vec<u32>,
+    /// Corner and piece.
+    all: Vec<[u32; 2]>,
+}
+
+impl VertexCorners {
+    /// Of corners with these vertices and pieces, for a number of vertices.
+    fn fill(&mut self, corners: impl Iterator<Item = (u32, u32)> + Clone, vertices: usize) {
+        self.first.clear();
+        self.first.resize(vertices + 1, 0);
+        for (vertex, _) in corners.clone() {
+            self.first[vertex as usize + 1] += 1;
+        }
+        for vertex in 0..vertices {
+            self.first[vertex + 1] += self.first[vertex];
+        }
+        let mut next = self.first.clone();
+        self.all.clear();
+        self.all.resize(corners.clone().count(), [0; 2]);
+        for (corner, (vertex, piece)) in (0..).zip(corners) {
+            let place = &mut next[vertex as usize];
+            self.all[*place as usize] = [corner, piece];
+            *place += 1;
+        }
+    }
+
+    /// Corners of a vertex, with their pieces.
+    pub fn of(&self, vertex: u32) -> &[[u32; 2]] {
+        let [first, end] = [0, 1].map(|next| self.first[vertex as usize + next] as usize);
+        &self.all[first..end]
+    }
 }
 
 impl Member {
@@ -370,14 +417,6 @@ impl Contacts {
         self.sums.clear();
     }
 
-    /// Smallest distance of two surfaces in contact at the start of the last substep [m]; `None`
-    /// without a pair near enough for a constraint.
-    #[must_use]
-    pub fn smallest_gap(&self) -> Option<f64> {
-        let rows = self.rows.iter().flatten().filter(|row| !row.is_fixed());
-        rows.map(ContactRow::gap).min_by(f64::total_cmp)
-    }
-
     /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -387,6 +426,9 @@ impl Contacts {
             + size_of_val(&self.vertices[..])
             + size_of_val(&self.centers[..])
             + size_of_val(&self.claimed[..])
+            + size_of_val(&self.offsets[..])
+            + size_of_val(&self.moved[..])
+            + size_of_val(&self.corners_of.all[..])
             + size_of_val(&self.candidates[..])
             + self
                 .rows
@@ -408,17 +450,14 @@ impl Contacts {
     pub fn invalidate(&mut self) {
         self.is_valid = false;
         self.members.clear();
+        self.near.clear();
         self.touching.clear();
     }
 
     /// No body comes near another in some substeps, or itself: there is no contact.
     pub(crate) fn rest(&mut self) {
-        for it in self.active.drain(..) {
-            self.places[it.vertex as usize] = NO_INDEX;
-        }
-        for rows in &mut self.rows {
-            rows.clear();
-        }
+        self.clear_rows();
+        self.near.clear();
         self.touching.clear();
         self.counts = ContactCounts {
             detections: self.counts.detections,
@@ -453,21 +492,20 @@ impl Contacts {
         self.find_tangles(bodies);
         self.begin_rigid(bodies);
         self.find_near(threads);
-        self.make_rows(self.h);
+        self.clear_rows();
+        self.make_rigid_rows(bodies);
         self.make_fixed_rows(bodies, colliders, step);
-        if !self.rigids.is_empty() {
-            for kind in [Between::Bodies, Between::Colliders] {
-                self.manifolds
-                    .reduce(&mut self.rows[kind as usize], &self.active);
-            }
-        }
+        self.reduce_rigid_rows();
+        self.find_touching();
     }
 
     /// One pass over the contacts of one kind, after an iteration.
     pub(crate) fn solve(&mut self, bodies: &mut [impl Tangible], between: Between) {
         // Without contacts, the shape of a rigid body is restored once.
         let restores = between == Between::Bodies && !self.rigids.is_empty();
-        if self.rows[between as usize].is_empty() && !restores {
+        let opened = self.near.iter().flat_map(|part| &part.opened);
+        let mut kinds = opened.map(|it| self.batches[it.batch].between);
+        if self.rows[between as usize].is_empty() && !restores && !kinds.any(|it| it == between) {
             return;
         }
         self.begin_pass(bodies);
@@ -477,6 +515,7 @@ impl Contacts {
                 None => self.ends[it.vertex as usize],
             };
         }
+        self.pass(bodies, between);
         let Self {
             rows,
             active,
@@ -484,15 +523,14 @@ impl Contacts {
             ..
         } = self;
         let rows = &mut rows[between as usize];
-        for row in &mut *rows {
-            row.solve(active, rigids);
-        }
         if !rigids.is_empty() {
             for _ in 0..RIGID_PASSES {
-                let rigid = rows.iter_mut().rev().filter(|row| row.is_rigid());
-                rigid.for_each(|row| row.solve(active, rigids));
-                let rigid = rows.iter_mut().filter(|row| row.is_rigid());
-                rigid.for_each(|row| row.solve(active, rigids));
+                for row in rows.iter_mut().rev().filter(|row| row.is_rigid()) {
+                    row.solve(active, rigids);
+                }
+                for row in rows.iter_mut().filter(|row| row.is_rigid()) {
+                    row.solve(active, rigids);
+                }
             }
         }
         self.write_back(bodies);
@@ -539,15 +577,16 @@ impl Contacts {
     /// Ends a substep, after the last stage: records which bodies touch, applies restitution, and
     /// adds up forces.
     pub(crate) fn end(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
-        self.update_touching();
+        self.sort_rows();
         let rows = || self.rows.iter().flatten();
-        self.counts.near = rows().count();
+        self.counts.near = self.near.iter().map(|part| part.open.len()).sum();
         self.counts.acting = rows().filter(|row| row.acts()).count();
         if rows().any(ContactRow::may_bounce) {
             self.bounce(bodies, step);
         }
         let between = &self.rows[Between::Bodies as usize];
-        self.sums.add(between, self.h, &self.active);
+        self.sums
+            .add(between, self.h, (&self.active, &self.touching));
         self.record(bodies);
     }
 
@@ -583,11 +622,6 @@ impl Contacts {
         self.end_bounce(bodies);
     }
 
-    /// Whether another surface may come near a body, given by its index.
-    pub(crate) fn is_near(&self, body: usize) -> bool {
-        self.active.iter().any(|it| it.body as usize == body)
-    }
-
     /// A part of the displacements in the substep [m]: body, particle, displacement.
     pub(crate) fn part<'a, T: Tangible>(
         &'a self,
@@ -607,19 +641,6 @@ impl Contacts {
                 .iter()
                 .flat_map(move |it| it.part(part, &bodies[it.body])),
         )
-    }
-
-    fn update_touching(&mut self) {
-        self.touching.clear();
-        let active = &self.active;
-        let touching = self.rows[Between::Bodies as usize].iter();
-        let pairs = touching.filter(|row| row.touches()).map(|row| {
-            let [a, b] = row.bodies(active);
-            [a.min(b), a.max(b)]
-        });
-        self.touching.extend(pairs);
-        self.touching.sort_unstable();
-        self.touching.dedup();
     }
 
     /// Registers the surfaces with contact, if they have changed.
@@ -767,6 +788,7 @@ impl Contacts {
                     radius: 0.0,
                     claimed_radius: 0.0,
                     travel: 0.0,
+                    farthest: 0.0,
                 });
                 let vertices = patch.vertices.iter().map(|&v| v + member.first as u32);
                 self.vertices.extend(vertices);
@@ -778,6 +800,16 @@ impl Contacts {
         self.half_motions.resize(self.vertices.len(), 0.0);
         self.claimed.clear();
         self.claimed.resize(self.vertices.len(), Vec3A::ZERO);
+        self.offsets.clear();
+        self.offsets.resize(self.vertices.len(), Vec3A::ZERO);
+        self.moved.clear();
+        self.moved.resize(self.vertices.len(), 0.0);
+        let pieces = (0..).zip(&self.pieces);
+        let corners = pieces.flat_map(|(number, piece)| {
+            let corners = &self.vertices[piece.corners(&self.members)];
+            corners.iter().map(move |&vertex| (vertex, number))
+        });
+        self.corners_of.fill(corners, self.starts.len());
     }
 
     /// The mean motion of each piece.
@@ -862,6 +894,7 @@ impl Contacts {
             vertices,
             centers,
             half_motions,
+            offsets,
             claimed,
             pairs,
             ..
@@ -880,7 +913,9 @@ impl Contacts {
             for corner in piece.corners(members) {
                 let v = vertices[corner] as usize;
                 let relative = (ends[v] - starts[v]) * horizon - path;
-                let center = (starts[v] - frame + relative * 0.5).as_vec3a();
+                let offset = starts[v] - frame;
+                let center = (offset + relative * 0.5).as_vec3a();
+                offsets[corner] = offset.as_vec3a();
                 let mut half_motion = 0.5 * relative.length() as f32;
                 if let Some(common) = &piece.common {
                     let apart = common.displacement(starts[v]) - path - relative * 0.5;
@@ -904,62 +939,6 @@ impl Contacts {
             holds &= !pair.is_lost;
         }
         holds
-    }
-
-    /// Creates rows for near candidates, in a substep of `h` seconds.
-    fn make_rows(&mut self, h: f64) {
-        for it in self.active.drain(..) {
-            self.places[it.vertex as usize] = NO_INDEX;
-        }
-        for rows in &mut self.rows {
-            rows.clear();
-        }
-        let parts = std::mem::take(&mut self.near);
-        for part in &parts {
-            let mut rest = &part.near[..];
-            for (batch, &count) in self.batches[part.batches.clone()].iter().zip(&part.counts) {
-                let near;
-                (near, rest) = rest.split_at(count);
-                if near.is_empty() {
-                    continue;
-                }
-                let members = batch
-                    .pieces
-                    .map(|piece| self.pieces[piece as usize].member as u32);
-                let [a, b] = members.map(|member| &self.members[member as usize]);
-                let Some(pair) = a.pair_params(b, batch.between, h) else {
-                    continue;
-                };
-                for it in near {
-                    if self.is_tangled(members, it.vertices) {
-                        continue;
-                    }
-                    let corners = std::array::from_fn(|corner| {
-                        let v = it.vertices[corner];
-                        let side = usize::from(corner >= batch.kind.split());
-                        let member = [a, b][side];
-                        let place = &mut self.places[v as usize];
-                        if *place == NO_INDEX {
-                            *place = self.active.len() as u32;
-                            let ends = [self.starts[v as usize], self.ends[v as usize]];
-                            let weight = self.inverse_masses[v as usize];
-                            self.active.push(member.active(v, ends, weight));
-                        }
-                        *place
-                    });
-                    let row = ContactRow::new(
-                        corners,
-                        it.weights,
-                        it.distance.into(),
-                        &pair,
-                        (batch.kind.split(), &self.rigids),
-                        &self.active,
-                    );
-                    self.rows[batch.between as usize].extend(row);
-                }
-            }
-        }
-        self.near = parts;
     }
 }
 

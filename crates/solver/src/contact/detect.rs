@@ -1,9 +1,10 @@
 //! Finds the pairs of primitives that may come near each other.
 
 use super::{
-    bounds::{Ball, Bounds, Columns, are_beyond, distance},
+    bounds::{Ball, Bounds, Columns},
     closest::Kind,
     contacts::{Between, Contacts, HORIZON, Member, Piece},
+    gaps::Pairs,
 };
 use crate::{
     Threads, WorkEstimate, lanes::Instructions, particles::MAX_COORDINATE, topology::surface::Patch,
@@ -24,6 +25,9 @@ pub(super) struct Batch {
     pub offset: Ball,
     /// Minimum distance of the surfaces [m].
     pub min_gap: f64,
+    /// The smallest clearance of its candidates, and the smallest distance at detection [m].
+    pub least: f32,
+    pub closest: f32,
 }
 
 impl Batch {
@@ -62,37 +66,14 @@ pub(super) struct Candidate {
     pub clearance: f32,
 }
 
-/// A near candidate.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Near {
-    /// Surface vertices of the corners.
-    pub vertices: [u32; 4],
-    /// Weights of the closest points at the start of the substep.
-    pub weights: [f64; 4],
-    /// Distance to maintain [m].
-    pub distance: f32,
-}
-
-/// The near candidates of some batches, found by one thread; reused.
-#[derive(Debug, Default)]
-pub(super) struct NearPart {
-    /// Its batches.
-    pub batches: Range<usize>,
-    /// Number of near candidates of each.
-    pub counts: Vec<usize>,
-    pub near: Vec<Near>,
-    /// Lower bound of the gap of each of its candidates [m].
-    pub gaps: Vec<f32>,
-}
-
 /// Buffers for detection, reused.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     finders: Vec<Finder>,
     /// Indices of the pairs of pieces whose candidates are to be found.
     lost: Vec<u32>,
-    /// Bounding box of each piece in its frame.
-    piece_boxes: Vec<Bounds>,
+    /// Bounding boxes of each piece in its frame.
+    boxes: Vec<PieceBoxes>,
     /// Lower and upper corner of a box around the motion of each piece [m].
     swept_boxes: Vec<[DVec3; 2]>,
     order: Vec<(f64, u32)>,
@@ -115,9 +96,29 @@ struct Finder {
     hits: Vec<[u32; 2]>,
     first: Primitives,
     second: Primitives,
+    pairs: Pairs,
+    /// Corners of the pairs, by their indices in the pieces, and bounds of their distances [m].
+    corners: Vec<[u32; 4]>,
+    distances: Vec<f32>,
     /// Its part of the lost pairs.
     lost: Range<usize>,
     found: Found,
+}
+
+/// Bounding boxes around the claims of a piece.
+#[derive(Debug, Default)]
+struct PieceBoxes {
+    /// Around all of it, with the radius of its balls.
+    all: Bounds,
+    /// Around the centers of the corners of each primitive, by their kind.
+    parts: [PartBoxes; 3],
+}
+
+/// The boxes of primitives of one kind, also as columns.
+#[derive(Debug, Default)]
+struct PartBoxes {
+    boxes: Vec<Bounds>,
+    columns: Columns,
 }
 
 /// Primitives of a piece with their boxes.
@@ -154,7 +155,7 @@ const MIN_GAP: [f64; 2] = [0.01, 5e-4];
 pub(super) const OF_REST: f64 = 0.9;
 
 /// Margin of the balls against rounding, as a fraction of the size of a body: a few ε of `f32`.
-const SLACK: f32 = 1e-6;
+pub(super) const SLACK: f32 = 1e-6;
 
 /// Constraint projections that take about as long as finding the candidates of a pair of pieces.
 const PROJECTIONS: usize = 1000;
@@ -173,7 +174,7 @@ impl Contacts {
         let Scratch {
             finders,
             lost,
-            piece_boxes,
+            boxes,
             before,
             ..
         } = &mut scratch;
@@ -198,7 +199,7 @@ impl Contacts {
             finder.found.batches.clear();
             finder.found.candidates.clear();
             for number in finder.lost.clone() {
-                finder.find(self, piece_boxes, &pairs[lost[number] as usize]);
+                finder.find(self, boxes, &pairs[lost[number] as usize]);
             }
         });
         std::mem::swap(&mut before.batches, &mut self.batches);
@@ -254,12 +255,13 @@ impl Contacts {
             vertices,
             claimed,
             centers,
+            offsets,
             scratch,
             ..
         } = self;
-        scratch.piece_boxes.resize(pieces.len(), Bounds::EMPTY);
-        let lost = pieces.iter_mut().zip(&mut scratch.piece_boxes);
-        for (piece, bounds) in lost.filter(|(piece, _)| piece.is_lost) {
+        scratch.boxes.resize_with(pieces.len(), PieceBoxes::default);
+        let lost = pieces.iter_mut().zip(&mut scratch.boxes);
+        for (piece, boxes) in lost.filter(|(piece, _)| piece.is_lost) {
             let corners = piece.corners(members);
             let skin = piece.skin(members);
             piece.origin = starts[vertices[piece.first] as usize];
@@ -267,16 +269,17 @@ impl Contacts {
             piece.is_new = false;
             let mut size = 0.0_f32;
             let mut longest = 0.0_f64;
-            *bounds = Bounds::EMPTY;
-            for corner in corners {
+            let mut bounds = Bounds::EMPTY;
+            for corner in corners.clone() {
                 let v = vertices[corner] as usize;
                 let relative = (ends[v] - starts[v] - piece.motion) * (HORIZON * AHEAD);
                 let offset = starts[v] - piece.origin;
                 let center = (offset + relative * 0.5).as_vec3a();
                 size = size.max(offset.abs().max_element() as f32);
                 longest = longest.max(relative.length_squared());
-                *bounds = bounds.with(Bounds::around(center, center));
+                bounds = bounds.with(Bounds::around(center, center));
                 (claimed[corner], centers[corner]) = (center, center);
+                offsets[corner] = offset.as_vec3a();
             }
             piece.slack = size * SLACK;
             (piece.radius, piece.travel) = (0.0, 0.0);
@@ -287,7 +290,8 @@ impl Contacts {
                 let thickness = 0.5 * piece.half_thickness + 2.0 * piece.slack;
                 piece.claimed_radius = 0.5 * longest.sqrt() as f32 + skin + thickness;
             }
-            *bounds = bounds.grown(piece.claimed_radius);
+            boxes.all = bounds.grown(piece.claimed_radius);
+            boxes.fill(piece.patch(members), &claimed[corners]);
         }
     }
 
@@ -296,7 +300,7 @@ impl Contacts {
     fn find_pairs(&mut self) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let Scratch {
-            piece_boxes,
+            boxes,
             swept_boxes,
             order,
             ..
@@ -309,10 +313,10 @@ impl Contacts {
         }
         order.clear();
         swept_boxes.clear();
-        for ((piece, bounds), number) in self.pieces.iter().zip(piece_boxes).zip(0..) {
+        for ((piece, boxes), number) in self.pieces.iter().zip(boxes).zip(0..) {
             let at = piece.origin;
             let reach = piece.half_thickness + piece.slack;
-            let moved = bounds.displaced(&piece.claim.bounds()).grown(reach);
+            let moved = boxes.all.displaced(&piece.claim.bounds()).grown(reach);
             let around = [moved.low, moved.high].map(|corner| at + corner.as_dvec3());
             swept_boxes.push(around);
             let [low, high] = around;
@@ -374,26 +378,14 @@ impl Contacts {
 
 impl Finder {
     /// Finds the candidates of a pair of pieces, or within one piece.
-    fn find(&mut self, contacts: &Contacts, piece_boxes: &[Bounds], pair: &PiecePair) {
+    fn find(&mut self, contacts: &Contacts, boxes: &[PieceBoxes], pair: &PiecePair) {
         let vertices = [Part::Vertices, Part::Triangles];
-        self.batch(contacts, piece_boxes, pair, Kind::VertexTriangle, vertices);
+        self.batch(contacts, boxes, pair, Kind::VertexTriangle, vertices);
         if pair.pieces[0] != pair.pieces[1] {
             let swapped = pair.swapped();
-            self.batch(
-                contacts,
-                piece_boxes,
-                &swapped,
-                Kind::VertexTriangle,
-                vertices,
-            );
+            self.batch(contacts, boxes, &swapped, Kind::VertexTriangle, vertices);
         }
-        self.batch(
-            contacts,
-            piece_boxes,
-            pair,
-            Kind::EdgeEdge,
-            [Part::Edges; 2],
-        );
+        self.batch(contacts, boxes, pair, Kind::EdgeEdge, [Part::Edges; 2]);
         // Grains touch edges only where there are no triangles that the edges belong to.
         let of = pair.pieces.map(|piece| {
             let member = contacts.pieces[piece as usize].member;
@@ -404,7 +396,7 @@ impl Finder {
             () if !surface.edges.is_empty() => Part::Edges,
             () => Part::Vertices,
         });
-        let mut batch = |pair, kind, parts| self.batch(contacts, piece_boxes, pair, kind, parts);
+        let mut batch = |pair, kind, parts| self.batch(contacts, boxes, pair, kind, parts);
         match (a, b) {
             _ if pair.between == Between::Itself => {}
             (Part::Vertices, Part::Vertices) => batch(pair, Kind::VertexVertex, [a, b]),
@@ -418,7 +410,7 @@ impl Finder {
     fn batch(
         &mut self,
         contacts: &Contacts,
-        piece_boxes: &[Bounds],
+        boxes: &[PieceBoxes],
         pair: &PiecePair,
         kind: Kind,
         parts: [Part; 2],
@@ -443,6 +435,9 @@ impl Finder {
             hits,
             first: ones,
             second: others,
+            pairs,
+            corners,
+            distances,
             found: Found {
                 batches,
                 candidates,
@@ -462,82 +457,102 @@ impl Finder {
             apart.plus(claim)
         };
         let reach = thickness + a.claimed_radius + b.claimed_radius + offset.radius;
-        let [box_a, box_b] = pieces.map(|piece| piece_boxes[piece as usize]);
+        let [boxes_a, boxes_b] = pieces.map(|piece| &boxes[piece as usize]);
         let shift = Bounds::around(offset.center, offset.center);
         let back = Bounds::around(-offset.center, -offset.center);
-        let near_b = box_b.displaced(&shift).grown(reach);
-        let near_a = box_a.displaced(&back).grown(reach);
-        ones.collect(
-            a.patch(members),
-            parts[0],
-            &claimed[a.corners(members)],
-            &near_b,
-        );
-        others.collect(
-            b.patch(members),
-            parts[1],
-            &claimed[b.corners(members)],
-            &near_a,
-        );
+        let near_b = boxes_b.all.displaced(&shift).grown(reach);
+        let near_a = boxes_a.all.displaced(&back).grown(reach);
+        let patches = [a.patch(members), b.patch(members)];
+        ones.collect(patches[0], parts[0], boxes_a, near_b, (*instructions, hits));
+        others.collect(patches[1], parts[1], boxes_b, near_a, (*instructions, hits));
         if ones.boxes.is_empty() || others.boxes.is_empty() {
             return;
         }
-        columns.fill(&ones.boxes);
-        let start = candidates.len();
-        others
-            .boxes
-            .iter_mut()
-            .for_each(|it| *it = it.displaced(&shift).grown(reach));
+        for it in &mut others.boxes {
+            *it = it.displaced(&shift).grown(reach);
+        }
+        // Most primitives of a surface that are near each other share a vertex.
+        let sharing =
+            (between == Between::Itself).then_some([&ones.vertices[..], &others.vertices]);
+        columns.fill(&others.boxes, sharing.map(|[_, others]| others));
         hits.clear();
-        columns.near(&others.boxes, *instructions, hits);
-        for &[query, item] in &*hits {
-            let (query, item) = (query as usize, item as usize);
-            // Most primitives of a surface that are near each other share a vertex.
-            let [corners, rest] = [&ones.vertices[item], &others.vertices[query]];
-            if between == Between::Itself
-                && (corners.iter().any(|v| rest.contains(v)) || of_a.stitched.hold(*corners, *rest))
-            {
+        let queries = (&ones.boxes[..], sharing.map(|[ones, _]| ones));
+        columns.near(
+            queries,
+            is_itself && kind == Kind::EdgeEdge,
+            *instructions,
+            hits,
+        );
+        pairs.clear();
+        corners.clear();
+        for &[one, other] in &*hits {
+            let (one, other) = (one as usize, other as usize);
+            let [of_one, of_other] = [&ones.vertices[one], &others.vertices[other]];
+            let is_stitched = match between {
+                Between::Itself => of_a.stitched.hold(*of_one, *of_other),
+                Between::Bodies => {
+                    of_a.stitched.join(*of_one, of_b.number)
+                        || of_b.stitched.join(*of_other, of_a.number)
+                }
+                Between::Colliders => false,
+            };
+            if is_stitched {
                 continue;
             }
-            if between == Between::Bodies
-                && (of_a.stitched.join(*corners, of_b.number)
-                    || of_b.stitched.join(*rest, of_a.number))
-            {
-                continue;
+            let (first, second) = (ones.numbers[one], others.numbers[other]);
+            let of = kind.corners((a, a.patch(members), first), (b, b.patch(members), second));
+            pairs.push(
+                kind,
+                of.map(|corner| claimed[corner as usize]),
+                offset.center,
+            );
+            corners.push(of);
+        }
+        let start = candidates.len();
+        let mut bounds = pairs.lower_bounds(kind, *instructions).iter();
+        distances.clear();
+        corners.retain(|_| {
+            let near = bounds.next().filter(|&&bound| bound <= reach);
+            distances.extend(near);
+            near.is_some()
+        });
+        pairs.clear();
+        if between == Between::Itself {
+            for corners in &*corners {
+                let of = corners.map(|corner| vertices[corner as usize] as usize);
+                let rest = of.map(|v| Vec3A::from(of_a.surface.rest[v - of_a.first]));
+                pairs.push(kind, rest.map(|at| at - rest[0]), Vec3A::ZERO);
             }
-            let (number, other) = (others.numbers[query], ones.numbers[item]);
-            if is_itself && kind == Kind::EdgeEdge && other >= number {
-                continue;
-            }
-            let first = kind.corners((a, a.patch(members), other), (b, b.patch(members), number));
-            let centers = first.map(|corner| claimed[corner as usize]);
-            if are_beyond(kind, centers, offset.center, reach) {
-                continue;
-            }
-            let apart = distance(kind, centers, offset.center);
-            if apart > reach.into() {
-                continue;
-            }
-            let smaller = kind.smaller(first.map(|corner| vertices[corner as usize]), [of_a, of_b]);
-            let (kept, touch_at_rest) = if between == Between::Itself {
-                let rest = |v: u32| of_a.surface.rest[v as usize - of_a.first].as_dvec3();
-                let of = first.map(|corner| rest(vertices[corner as usize]));
+        }
+        let at_rest = pairs.lower_bounds(kind, *instructions);
+        let mut least = f32::INFINITY;
+        let mut closest = f32::INFINITY;
+        for (number, (&corners, &apart)) in corners.iter().zip(&*distances).enumerate() {
+            let of = corners.map(|corner| vertices[corner as usize]);
+            let is_far_at_rest = |it: &f32| OF_REST as f32 * it >= 1.00001 * thickness;
+            let (kept, touch_at_rest) = if between != Between::Itself {
+                (thickness - kind.smaller(of, [of_a, of_b]), false)
+            } else if at_rest.get(number).is_some_and(is_far_at_rest) {
+                (thickness, false)
+            } else {
+                let rest = of.map(|v| of_a.surface.rest[v as usize - of_a.first].as_dvec3());
                 // The distance of edges that meet at an end may be rounded to other than 0.
-                let (one, other) = of.split_at(kind.split());
-                let most = OF_REST * kind.distance(of);
+                let (one, other) = rest.split_at(kind.split());
+                let most = OF_REST * kind.distance(rest);
                 match most == 0.0 || one.iter().any(|x| other.contains(x)) {
                     true => (thickness, true),
                     false => (thickness.min(most as f32), false),
                 }
-            } else {
-                (thickness - smaller, false)
             };
             if kept > 0.0 {
+                let clearance = apart - kept;
+                least = least.min(clearance);
+                closest = closest.min(apart);
                 candidates.push(Candidate {
-                    corners: first,
+                    corners,
                     distance: kept,
                     touch_at_rest,
-                    clearance: apart as f32 - kept,
+                    clearance,
                 });
             }
         }
@@ -545,7 +560,10 @@ impl Finder {
         if found.is_empty() {
             return;
         }
-        found.sort_unstable_by_key(|candidate| candidate.corners);
+        found.sort_unstable_by_key(|candidate| {
+            let [a, b, c, d] = candidate.corners.map(u128::from);
+            a << 96 | b << 64 | c << 32 | d
+        });
         let longest = of_a.surface.longest_edge.max(of_b.surface.longest_edge);
         let [of_thickness, of_edge] = MIN_GAP;
         let thickness = f64::from(thickness);
@@ -557,6 +575,8 @@ impl Finder {
             range: start..candidates.len(),
             offset,
             min_gap: min_gap.min(0.5 * thickness),
+            least,
+            closest,
         });
     }
 }
@@ -622,35 +642,58 @@ impl Kind {
     }
 }
 
+impl PieceBoxes {
+    /// Encloses the primitives of a patch with these centers of its corners.
+    fn fill(&mut self, patch: &Patch, centers: &[Vec3A]) {
+        let around = |corners: &[u32]| {
+            let all = corners.iter().map(|&corner| centers[corner as usize]);
+            all.fold(Bounds::EMPTY, |all, at| all.with(Bounds::around(at, at)))
+        };
+        let [vertices, edges, triangles] = &mut self.parts;
+        vertices.fill((0..patch.own as u32).map(|vertex| around(&[vertex])));
+        edges.fill(patch.edges.iter().map(|edge| around(edge)));
+        triangles.fill(patch.triangles.iter().map(|triangle| around(triangle)));
+    }
+}
+
+impl PartBoxes {
+    fn fill(&mut self, boxes: impl Iterator<Item = Bounds>) {
+        self.boxes.clear();
+        self.boxes.extend(boxes);
+        self.columns.fill(&self.boxes, None);
+    }
+}
+
 impl Primitives {
-    /// Collects the primitives of a patch, with these centers of its corners, that overlap a box.
-    fn collect(&mut self, patch: &Patch, part: Part, centers: &[Vec3A], near: &Bounds) {
+    /// Collects the primitives of a patch that overlap a box.
+    fn collect(
+        &mut self,
+        patch: &Patch,
+        part: Part,
+        boxes: &PieceBoxes,
+        near: Bounds,
+        (instructions, hits): (Instructions, &mut Vec<[u32; 2]>),
+    ) {
         self.numbers.clear();
         self.vertices.clear();
         self.boxes.clear();
-        let mut take = |number: usize, corners: &[u32]| {
-            let all = corners.iter().map(|&corner| centers[corner as usize]);
-            let bounds = all.fold(Bounds::EMPTY, |all, at| all.with(Bounds::around(at, at)));
-            if bounds.meets(near) {
-                self.numbers.push(number as u32);
-                let vertex =
-                    |place: usize| patch.vertices[corners[place.min(corners.len() - 1)] as usize];
-                self.vertices.push([vertex(0), vertex(1), vertex(2)]);
-                self.boxes.push(bounds);
-            }
-        };
-        match part {
-            Part::Vertices => (0..patch.own).for_each(|vertex| take(vertex, &[vertex as u32])),
-            Part::Edges => {
-                for (number, edge) in patch.edges.iter().enumerate() {
-                    take(number, edge);
+        hits.clear();
+        let PartBoxes { boxes, columns } = &boxes.parts[part as usize];
+        columns.near((&[near], None), false, instructions, hits);
+        for &[_, number] in &*hits {
+            let place = number as usize;
+            let [a, b, c] = match part {
+                Part::Vertices => [number; 3],
+                Part::Edges => {
+                    let [a, b] = patch.edges[place];
+                    [a, b, b]
                 }
-            }
-            Part::Triangles => {
-                for (number, triangle) in patch.triangles.iter().enumerate() {
-                    take(number, triangle);
-                }
-            }
+                Part::Triangles => patch.triangles[place],
+            };
+            self.numbers.push(number);
+            self.vertices
+                .push([a, b, c].map(|place| patch.vertices[place as usize]));
+            self.boxes.push(boxes[place]);
         }
     }
 }

@@ -7,8 +7,9 @@
 //!   bounding balls around the motion of their corners, and kept while the motion stays inside the
 //!   balls. A particle that leaves its ball triggers a new detection, so that no pair is missed.
 //!   The time of detection does not affect results: they depend on the state alone.
-//! - **Constraints**: candidates that are near in a substep become rows (`row.rs`). These are
-//!   projected after each iteration, in a fixed order, with friction accumulated over the substep.
+//! - **Constraints**: candidates that are near in a substep (`near.rs`) become rows (`row.rs`) once their
+//!   surfaces come closer than their distance (`rows.rs`). These are projected after each iteration, in a
+//!   fixed order, with friction accumulated over the substep.
 //! - **Truncation**: before velocities are computed, motion that would let surfaces cross is cut
 //!   (`truncate.rs`), whatever the constraints have done. Surfaces that were apart stay apart at
 //!   any speed.
@@ -18,8 +19,8 @@
 //! Rigid bodies move as a whole (`rigid.rs`), by few contacts (`manifold.rs`).
 //!
 //! Positions are relative to frames that move with pieces of the surfaces, so that rigid motion
-//! requires no new detection. Geometry is computed in `f64`; balls are in `f32`, with a margin
-//! larger than its rounding error.
+//! requires no new detection. Geometry is computed in `f64`; balls, and the bounds by which most pairs are
+//! left out (`gaps.rs`), are in `f32`, with a margin larger than its rounding error.
 //!
 //! The fast solver and the reference share this module.
 
@@ -31,12 +32,15 @@ pub(crate) mod contacts;
 mod crossing;
 pub(crate) mod crossings;
 mod detect;
+mod gaps;
 mod intersect;
 mod manifold;
 mod near;
+mod open;
 mod rigid;
 mod rigid_contacts;
 pub(crate) mod row;
+mod rows;
 mod self_untangle;
 mod stitched;
 pub(crate) mod sums;

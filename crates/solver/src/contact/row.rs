@@ -103,6 +103,8 @@ pub(super) struct Plane {
 /// A contact that is near enough to act in the current substep.
 #[derive(Debug, Clone)]
 pub(super) struct ContactRow {
+    /// Its place among the rows of its kind.
+    pub order: u32,
     /// Indices of the active particles.
     pub corners: [u32; 4],
     weights: [f64; 4],
@@ -147,15 +149,15 @@ pub(super) const NO_INDEX: u32 = u32::MAX;
 pub(super) const NO_GAP: f64 = 1e-12;
 
 /// Contacts closer than this multiple of their thickness count as touching.
-const TOUCHING: f64 = 1.05;
+pub(super) const TOUCHING: f64 = 1.05;
 
 impl ContactRow {
     /// Creates a row for corners at these start positions; `None` without a direction, or if no
     /// particle can move.
     pub fn new(
+        order: u32,
         corners: [u32; 4],
-        weights: [f64; 4],
-        distance: f64,
+        (weights, distance): ([f64; 4], f64),
         pair: &PairParams,
         (split, rigids): (usize, &[Rigid]),
         active: &[Active],
@@ -171,6 +173,7 @@ impl ContactRow {
         }
         let normal = apart / gap;
         let mut row = Self {
+            order,
             corners,
             weights,
             normal,
@@ -208,6 +211,7 @@ impl ContactRow {
         let rigid = &rigids[it.rigid as usize];
         let arm = rigid.arm(it.start);
         Self {
+            order: u32::MAX,
             corners: [corner; 4],
             weights: [1.0, 0.0, 0.0, 0.0],
             normal: plane.normal,
@@ -259,11 +263,6 @@ impl ContactRow {
     /// What the plane belongs to, if it is the contact of one particle with a plane.
     pub fn plane(&self) -> Option<RigidSurface> {
         self.plane
-    }
-
-    /// Distance at the start of the substep [m].
-    pub fn gap(&self) -> f64 {
-        self.gap
     }
 
     /// Unit normal.
@@ -372,8 +371,8 @@ impl ContactRow {
             .into_iter()
     }
 
-    /// Projects the constraint.
-    pub fn solve(&mut self, active: &mut [Active], rigids: &mut [Rigid]) {
+    /// Projects the constraint; returns whether it has moved anything.
+    pub fn solve(&mut self, active: &mut [Active], rigids: &mut [Rigid]) -> bool {
         let Self {
             weights, normal, ..
         } = *self;
@@ -384,13 +383,13 @@ impl ContactRow {
         let error = normal.dot(weighted(weights, x)) - self.distance;
         // A diverged body must not affect the bodies that it touches.
         if !error.is_finite() {
-            return;
+            return false;
         }
         let full = -(error + self.compliance * self.normal_multiplier)
             / (self.inverse_mass + self.compliance);
         let change = full.max(-self.normal_multiplier);
         if change == 0.0 && self.normal_multiplier == 0.0 {
-            return;
+            return false;
         }
         self.normal_multiplier += change;
         self.push(normal * change, active, rigids, |it| &mut it.now);
@@ -421,6 +420,7 @@ impl ContactRow {
         self.friction_multiplier = friction;
         self.push(change, active, rigids, |it| &mut it.now);
         self.credit(ContactPart::Friction, change, active, rigids);
+        true
     }
 
     /// Adds the displacement by an impulse to a part of the displacement by contacts.

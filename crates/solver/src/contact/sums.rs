@@ -30,14 +30,22 @@ impl Sums {
         self.substeps = 0;
     }
 
-    /// Adds the contacts of a substep of `h` seconds between bodies.
-    pub fn add(&mut self, rows: &[ContactRow], h: f64, active: &[Active]) {
+    /// Adds the contacts of a substep of `h` seconds between bodies, and those that touch without a force.
+    pub fn add(
+        &mut self,
+        rows: &[ContactRow],
+        h: f64,
+        (active, touching): (&[Active], &[[u32; 2]]),
+    ) {
         self.substeps += 1;
+        for &bodies in touching {
+            self.place(bodies);
+        }
         // Contacts of two bodies follow each other for the most part.
         let mut last = 0;
         // Rigid bodies have their contacts with ground and colliders among them.
         let between = rows.iter().filter(|row| !row.is_fixed());
-        for row in between.filter(|row| row.touches() || row.acts()) {
+        for row in between.filter(|row| row.acts()) {
             let [a, b] = row.bodies(active);
             let (bodies, sign) = if a <= b {
                 ([a, b], 1.0)
@@ -45,21 +53,26 @@ impl Sums {
                 ([b, a], -1.0)
             };
             if self.pairs.get(last).is_none_or(|it| it.bodies != bodies) {
-                let place = self.pairs.binary_search_by_key(&bodies, |it| it.bodies);
-                last = place.unwrap_or_else(|place| {
-                    let new = PairContact {
-                        bodies,
-                        force: DVec3::ZERO,
-                        normal_force: 0.0,
-                    };
-                    self.pairs.insert(place, new);
-                    place
-                });
+                last = self.place(bodies);
             }
             let (normal, impulse) = row.total_impulse(h);
             self.pairs[last].normal_force += normal / h;
             self.pairs[last].force += impulse * (sign / h);
         }
+    }
+
+    /// Place of two bodies, in ascending order, among the pairs.
+    fn place(&mut self, bodies: [u32; 2]) -> usize {
+        let place = self.pairs.binary_search_by_key(&bodies, |it| it.bodies);
+        place.unwrap_or_else(|place| {
+            let new = PairContact {
+                bodies,
+                force: DVec3::ZERO,
+                normal_force: 0.0,
+            };
+            self.pairs.insert(place, new);
+            place
+        })
     }
 
     /// Removes the sums; returns the number of substeps.

@@ -116,10 +116,11 @@ impl Contacts {
             let triangles = b.patch(&self.members).triangles.iter();
             let triangles = triangles.map(|it| it.map(|corner| vertex(b, corner)));
             search.triangles.collect(triangles, at, &bounds[first]);
-            search.columns.fill(&search.edges.boxes);
+            search.columns.fill(&search.edges.boxes, None);
             search.hits.clear();
             search.columns.near(
-                &search.triangles.boxes,
+                (&search.triangles.boxes, None),
+                false,
                 search.instructions,
                 &mut search.hits,
             );

@@ -197,7 +197,13 @@ impl Tick {
     ) -> Option<Ledger> {
         let settings = context.settings;
         let iterations = substeps.len() * settings.substep(0).total_iterations() as usize;
-        let prepare = |body: &mut Stepper| body.prepare(work.keeps_multipliers);
+        // The tick has prepared them at its beginning.
+        let goes_on = substeps.start > 0;
+        let prepare = |body: &mut Stepper| {
+            if goes_on {
+                body.prepare(work.keeps_multipliers);
+            }
+        };
         let on_copies: OnCopies = &|copies, context| {
             for it in &mut *copies {
                 prepare(&mut it.body.stepper());
