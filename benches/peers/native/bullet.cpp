@@ -42,7 +42,9 @@ std::unique_ptr<btSoftBody> body_of(const PeerScene &scene, World &world, const 
     body->m_materials[0]->m_kLST = 2 / (2 + scene.edge_softness);
     for (uint32_t i = 0; i < scene.edge_count; ++i)
         body->appendLink(int(scene.edges[2 * i]), int(scene.edges[2 * i + 1]));
-    body->m_cfg.kDP = 0;
+    // Fraction of the velocity that a substep removes.
+    const float damping = scene.linear_damping / (60.0f * float(scene.substeps));
+    body->m_cfg.kDP = damping / (1 + damping);
     body->m_cfg.piterations = 1;
     body->m_cfg.viterations = 0;
     body->m_cfg.diterations = 0;

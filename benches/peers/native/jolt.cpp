@@ -99,8 +99,14 @@ Ref<SoftBodySharedSettings> shared_settings(const PeerScene &scene)
         const uint32 *f = scene.triangles + 3 * i;
         shared->AddFace(SoftBodySharedSettings::Face(f[0], f[1], f[2]));
     }
+    for (uint32 i = 0; i < scene.hinge_count; ++i) {
+        const uint32 *v = scene.hinges + 4 * i;
+        shared->mDihedralBendConstraints.emplace_back(
+            v[0], v[1], v[2], v[3], scene.hinge_compliance);
+    }
     shared->CalculateEdgeLengths();
     shared->CalculateVolumeConstraintVolumes();
+    shared->CalculateBendConstraintConstants();
     shared->Optimize();
     return shared;
 }
@@ -141,7 +147,9 @@ void *jolt_create(const PeerScene *scene)
         SoftBodyCreationSettings settings(
             world->shared, RVec3(offset[0], offset[1], offset[2]), Quat::sIdentity(), 0);
         settings.mNumIterations = scene->substeps;
-        settings.mLinearDamping = 0.0f;
+        settings.mLinearDamping = scene->linear_damping;
+        settings.mGravityFactor = scene->gravity_factor;
+        settings.mPressure = scene->pressure;
         settings.mMaxLinearVelocity = 1.0e6f;
         settings.mAllowSleeping = false;
         world->bodies.push_back(world->system.GetBodyInterfaceNoLock().CreateAndAddSoftBody(

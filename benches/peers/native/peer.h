@@ -24,6 +24,13 @@ struct PeerScene
     float edge_compliance;        // [m/N]
     float edge_softness;          // α/h² over the mean inverse mass
     float gravity;                // along y [m/s²]
+    // Jolt only, in its units; Bullet also has the damping.
+    const uint32_t *hinges;       // 4 for each hinge, its edge first
+    uint32_t hinge_count;
+    float hinge_compliance;       // [1/(N·m)]
+    float pressure;               // [J]
+    float linear_damping;         // [1/s]
+    float gravity_factor;
 };
 
 // Number of constraints in the peer after the scene was built, over all bodies.

@@ -6,6 +6,8 @@
 
 mod accuracy;
 mod contact;
+#[cfg(test)]
+mod formulas;
 mod machine;
 mod measure;
 #[cfg(any(jolt, bullet))]

@@ -38,6 +38,12 @@ pub struct PeerScene {
     edge_compliance: f32,
     edge_softness: f32,
     gravity: f32,
+    hinges: *const u32,
+    hinge_count: u32,
+    hinge_compliance: f32,
+    pressure: f32,
+    linear_damping: f32,
+    gravity_factor: f32,
 }
 
 /// Copies of a body, and how they are stepped.
@@ -56,6 +62,35 @@ pub struct Bodies<'a> {
     pub substeps: u32,
     /// Number of threads.
     pub threads: usize,
+    /// What Jolt has besides.
+    pub extras: Extras<'a>,
+}
+
+/// Parameters of Jolt, in its units. Bullet also has the damping.
+#[derive(Debug, Clone, Copy)]
+pub struct Extras<'a> {
+    /// Vertices of the hinges, the two of the edge first.
+    pub hinges: &'a [[u32; 4]],
+    /// `DihedralBend::mCompliance` [1/(N·m)].
+    pub hinge_compliance: f32,
+    /// `mPressure` [J].
+    pub pressure: f32,
+    /// `mLinearDamping` [1/s].
+    pub linear_damping: f32,
+    /// `mGravityFactor`.
+    pub gravity_factor: f32,
+}
+
+impl Default for Extras<'_> {
+    fn default() -> Self {
+        Self {
+            hinges: &[],
+            hinge_compliance: 0.0,
+            pressure: 0.0,
+            linear_damping: 0.0,
+            gravity_factor: 1.0,
+        }
+    }
 }
 
 /// `PeerCounts` of `peer.h`.
@@ -144,6 +179,7 @@ impl Functions {
             volume_compliances: None,
             substeps: SUBSTEPS,
             threads,
+            extras: Extras::default(),
         };
         Ok(Box::new(self.create(scene.name, &bodies)?))
     }
@@ -187,6 +223,12 @@ impl Functions {
             edge_compliance: bodies.edge_compliance,
             edge_softness: SOFTNESS,
             gravity: GRAVITY,
+            hinges: bodies.extras.hinges.as_ptr().cast(),
+            hinge_count: bodies.extras.hinges.len() as u32,
+            hinge_compliance: bodies.extras.hinge_compliance,
+            pressure: bodies.extras.pressure,
+            linear_damping: bodies.extras.linear_damping,
+            gravity_factor: bodies.extras.gravity_factor,
         };
         // SAFETY: all arrays have the lengths of their counts and outlive this call.
         let world = unsafe { (self.create)(&raw const description) };

@@ -6,7 +6,7 @@ use crate::{
         body::inverse_masses,
         problems::{Elasticity, Problem, Volumes},
     },
-    native::{Bodies, JOLT, Native},
+    native::{Bodies, Extras, JOLT, Native},
     peer::{Counts, PeerError},
     scenes::volume,
 };
@@ -64,6 +64,7 @@ impl Solver for Jolt {
             volume_compliances: compliances.as_deref(),
             substeps: setting.substeps,
             threads: 1,
+            extras: Extras::default(),
         };
         Ok(Box::new(Running(JOLT.create(problem.name, &bodies)?)))
     }
