@@ -56,7 +56,7 @@ impl Pairs {
         let corners = match kind {
             Kind::VertexTriangle | Kind::EdgeEdge => corners,
             Kind::VertexEdge | Kind::VertexVertex => {
-                [a, a, b, if kind == Kind::VertexEdge { c } else { d }]
+                [a, a, b, if kind == Kind::VertexEdge { c } else { b }]
             }
         };
         let lane = self.count % WIDTH;
