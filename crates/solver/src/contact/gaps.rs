@@ -52,7 +52,7 @@ impl Pairs {
             *corner += displaced;
         }
         // Vertices are edges without length, where no triangle is involved.
-        let [a, b, c, d] = corners;
+        let [a, b, c, _] = corners;
         let corners = match kind {
             Kind::VertexTriangle | Kind::EdgeEdge => corners,
             Kind::VertexEdge | Kind::VertexVertex => {
