@@ -6,7 +6,7 @@
 
 mod accuracy;
 mod contact;
-#[cfg(test)]
+#[cfg(all(test, any(jolt, bullet, feature = "rapier")))]
 mod formulas;
 mod machine;
 mod measure;

@@ -225,17 +225,15 @@ impl SimdWork for Overlaps<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         for (number, query) in (0..).zip(self.queries) {
-            let low = [query.low.x, query.low.y, query.low.z];
-            let high = [query.high.x, query.high.y, query.high.z];
             let low = [
-                f32x8::splat(simd, low[0]),
-                f32x8::splat(simd, low[1]),
-                f32x8::splat(simd, low[2]),
+                f32x8::splat(simd, query.low.x),
+                f32x8::splat(simd, query.low.y),
+                f32x8::splat(simd, query.low.z),
             ];
             let high = [
-                f32x8::splat(simd, high[0]),
-                f32x8::splat(simd, high[1]),
-                f32x8::splat(simd, high[2]),
+                f32x8::splat(simd, query.high.x),
+                f32x8::splat(simd, query.high.y),
+                f32x8::splat(simd, query.high.z),
             ];
             let own = self.vertices.map(|all| all[number as usize]);
             let first = if self.are_same { number / 8 } else { 0 };
@@ -429,6 +427,20 @@ mod tests {
                 let expected = queries.flat_map(|(other, query)| {
                     let overlapping = some.iter().zip(0..).filter(|(it, _)| it.meets(other));
                     overlapping.map(move |(_, item)| [query, item])
+                });
+                assert_eq!(hits, expected.collect::<Vec<[u32; 2]>>());
+            }
+            // Boxes of edges along a chain, each with the others: once, and not with neighbors.
+            let ends: Vec<_> = (0..some.len() as u32).map(|i| [i, i + 1, i + 1]).collect();
+            columns.fill(&some, Some(&ends));
+            for instructions in Instructions::all() {
+                let mut hits = Vec::new();
+                columns.near((&some, Some(&ends)), true, instructions, &mut hits);
+                let places = 0..some.len();
+                let expected = places.clone().flat_map(|a| {
+                    let (some, after) = (&some, places.clone().skip(a + 2));
+                    let overlapping = after.filter(move |&b| some[a].meets(&some[b]));
+                    overlapping.map(move |b| [a as u32, b as u32])
                 });
                 assert_eq!(hits, expected.collect::<Vec<[u32; 2]>>());
             }

@@ -512,7 +512,8 @@ impl Finder {
         let mut bounds = pairs.lower_bounds(kind, *instructions).iter();
         distances.clear();
         corners.retain(|_| {
-            let near = bounds.next().filter(|&&bound| bound <= reach);
+            // What is not finite is left to exact tests.
+            let near = bounds.next().filter(|it| **it <= reach || it.is_nan());
             distances.extend(near);
             near.is_some()
         });

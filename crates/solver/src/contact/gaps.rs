@@ -55,9 +55,8 @@ impl Pairs {
         let [a, b, c, _] = corners;
         let corners = match kind {
             Kind::VertexTriangle | Kind::EdgeEdge => corners,
-            Kind::VertexEdge | Kind::VertexVertex => {
-                [a, a, b, if kind == Kind::VertexEdge { c } else { b }]
-            }
+            Kind::VertexEdge => [a, a, b, c],
+            Kind::VertexVertex => [a, a, b, b],
         };
         let lane = self.count % WIDTH;
         if lane == 0 {

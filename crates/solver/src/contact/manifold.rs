@@ -35,8 +35,8 @@ pub(super) struct Manifolds {
 }
 
 impl Manifolds {
-    /// Keeps at most four rows for each pair of rigid surfaces and each normal. Returns which are kept.
-    pub fn reduce(&mut self, rows: &mut Vec<ContactRow>, active: &[Active]) -> &[bool] {
+    /// Keeps at most four rows for each pair of rigid surfaces and each normal.
+    pub fn reduce(&mut self, rows: &mut Vec<ContactRow>, active: &[Active]) {
         self.count = 0;
         self.is_kept.clear();
         self.is_kept.resize(rows.len(), true);
@@ -50,7 +50,6 @@ impl Manifolds {
         }
         let mut kept = self.is_kept.iter();
         rows.retain(|_| kept.next().copied().unwrap_or(true));
-        &self.is_kept
     }
 
     fn put(&mut self, number: u32, row: &ContactRow, active: &[Active]) {

@@ -9,7 +9,7 @@ use super::{
     closest::weighted,
     contacts::{Between, Contacts, HORIZON, Member, Owner, Piece},
     detect::Batch,
-    open::{NearPart, Open, OpenRow},
+    open::{NearPart, Open, OpenBatch, OpenRow},
     row::{ContactRow, NO_GAP, NO_INDEX, TOUCHING},
     tangible::Tangible,
 };
@@ -69,26 +69,16 @@ impl Contacts {
         }
         for kind in [Between::Bodies, Between::Colliders] {
             let rows = &mut self.rows[kind as usize];
-            let kept = self.manifolds.reduce(rows, &self.active);
-            // The rows that have become None, and the new indices of the others, are in their order.
-            let mut next = 0;
-            let indices = kept.iter().map(|&kept| match kept {
-                true => {
-                    next += 1;
-                    OpenRow::Some(next - 1)
-                }
-                false => OpenRow::None,
-            });
-            let mut indices = indices.collect::<Vec<_>>().into_iter();
-            for part in &mut self.near {
-                for it in &part.opened {
-                    if self.batches[it.batch].between != kind {
-                        continue;
-                    }
-                    for open in &mut part.open[it.range()] {
-                        if let OpenRow::Some(_) = open.row {
-                            open.row = indices.next().unwrap_or(OpenRow::None);
-                        }
+            self.manifolds.reduce(rows, &self.active);
+            // Both are in the order of the candidates.
+            let mut kept = (0..).zip(&*rows).peekable();
+            for NearPart { opened, open, .. } in &mut self.near {
+                let of_kind = |it: &&OpenBatch| self.batches[it.batch].between == kind;
+                for it in opened.iter().filter(of_kind) {
+                    let all = open[it.range()].iter_mut();
+                    for open in all.filter(|it| matches!(it.row, OpenRow::Some(_))) {
+                        let row = kept.next_if(|(_, row)| row.order == open.candidate);
+                        open.row = row.map_or(OpenRow::None, |(index, _)| OpenRow::Some(index));
                     }
                 }
             }
