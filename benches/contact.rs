@@ -2,7 +2,7 @@
 //! `cargo bench --package pliant_mesh --bench contact`.
 //!
 //! A cloth of 64² cells with both diagonals swings, 16 substeps per tick, with a ball of jelly; cubes pile up; a
-//! cloth folds. Each row compares it with contact and without in the same run, tick by tick: medians and
+//! cloth folds; crates stand. Each row compares it with contact and without in the same run, tick by tick: medians and
 //! longest ticks. The solver runs by itself, without Bevy.
 //!
 //! `contact path` prints the path of the program; `contact ROW with|without TICKS` steps one world, for
@@ -11,8 +11,8 @@
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use pliant_mesh::Primitive;
 use pliant_solver::{
-    Body, Compliance, Contact, Density, Ground, SelfContact, Stretch, Substeps, Threads, Topology,
-    VertexIndex, Volume, World,
+    Body, Compliance, Contact, ContactThickness, Density, Frequency, Ground, SelfContact,
+    ShapeMatching, Stretch, Substeps, Threads, Topology, VertexIndex, Volume, World,
 };
 use std::{
     env,
@@ -42,10 +42,12 @@ enum Row {
     Pile,
     /// A cloth stands on its edge, slightly curved, and folds over itself.
     Folds,
+    /// Ten rigid crates stand on each other, without sleep.
+    Crates,
 }
 
 impl Row {
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 8] = [
         Self::Far,
         Self::Itself,
         Self::Crumpled,
@@ -53,6 +55,7 @@ impl Row {
         Self::Both,
         Self::Pile,
         Self::Folds,
+        Self::Crates,
     ];
 
     fn name(self) -> &'static str {
@@ -64,6 +67,7 @@ impl Row {
             Self::Both => "both",
             Self::Pile => "pile",
             Self::Folds => "folds",
+            Self::Crates => "crates",
         }
     }
 
@@ -76,6 +80,7 @@ impl Row {
             Self::Both => "`contact` and `self_contact`, the ball falls onto it",
             Self::Pile => "27 cubes of 125 particles with `contact` fall onto each other",
             Self::Folds => "`self_contact`, stands on its edge and folds over itself",
+            Self::Crates => "ten rigid crates with `contact` stand on each other",
         }
     }
 }
@@ -93,8 +98,9 @@ fn main() -> Outcome<()> {
         }
         [row, how, ticks] => {
             let row = Row::ALL.into_iter().find(|it| it.name() == row);
-            let row =
-                row.ok_or("give `far`, `self`, `crumpled`, `falls`, `both`, `pile` or `folds`")?;
+            let row = row.ok_or(
+                "give `far`, `self`, `crumpled`, `falls`, `both`, `pile`, `folds` or `crates`",
+            )?;
             let mut world = world(row, how == "with", 1)?;
             (0..ticks.parse::<u32>()?).for_each(|_| world.tick());
             println!("{:x}", world.state_hash());
@@ -139,6 +145,7 @@ fn world(row: Row, touches: bool, threads: usize) -> Outcome<World> {
     world.bodies = match row {
         Row::Pile => pile(touches)?,
         Row::Folds => folds(touches)?,
+        Row::Crates => crates(touches)?,
         _ => cloth_and_ball(row, touches)?,
     };
     Ok(world)
@@ -233,6 +240,32 @@ fn folds(touches: bool) -> Outcome<Vec<Body>> {
     cloth.effects.ground = Some(Ground::default());
     cloth.effects.self_contact = touches.then(SelfContact::default);
     Ok(vec![cloth])
+}
+
+fn crates(touches: bool) -> Outcome<Vec<Body>> {
+    let shape = Primitive::Box {
+        size: Vec3::splat(0.2),
+        cells: UVec3::splat(2),
+    };
+    let mut one = body("crate", &shape, 300.0)?;
+    one.effects.shape_matching = Some(ShapeMatching {
+        frequency: Frequency::new(f32::INFINITY)?,
+        ..ShapeMatching::default()
+    });
+    one.effects.ground = touches.then(Ground::default);
+    one.effects.contact = match touches {
+        true => Some(Contact {
+            thickness: ContactThickness::new(0.005)?,
+            ..Contact::default()
+        }),
+        false => None,
+    };
+    let stack = (0..10).map(|place| {
+        let mut it = one.clone();
+        it.translate(Vec3::Y * (0.101 + 0.206 * place as f32));
+        it
+    });
+    Ok(stack.collect())
 }
 
 /// A body with this mass per measure.

@@ -1,6 +1,7 @@
 //! Contacts of all bodies of a world.
 
 use super::{
+    between::{Between, KINDS},
     bounds::Ball,
     closed_mesh::ClosedMesh,
     common::CommonMotion,
@@ -9,6 +10,8 @@ use super::{
     manifold::Manifolds,
     open::NearPart,
     rigid::Rigid,
+    rigid_pairs::{RigidPair, RigidPairs},
+    rigid_rows::{Kept, RigidRows},
     row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
     stitched::StitchedVertices,
     sums::{PairContact, Sums},
@@ -20,10 +23,13 @@ use crate::{
     Effects, Pose, Stitches, Substep, Threads,
     colliders::collider::SweptCollider,
     effects::contact::{PairParams, Params},
-    topology::surface::{Patch, Surface},
+    topology::{
+        features::Features,
+        surface::{Patch, Surface},
+    },
 };
 use glam::{DAffine3, DVec3, Vec3A};
-use std::{ops::Range, sync::Arc};
+use std::{mem::take, ops::Range, sync::Arc};
 
 /// Reach of a ball along the predicted motion, as a multiple of the motion.
 pub(super) const HORIZON: f64 = 1.5;
@@ -32,17 +38,6 @@ pub(super) const HORIZON: f64 = 1.5;
 /// least a quarter of the thickness. Larger values mean fewer detections with more candidates: with
 /// all of the thickness a dense pile had 2.5 times as many, and took 1.3 times as long.
 const SKIN: f32 = 0.1;
-
-/// Kind of contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Between {
-    /// Between different bodies.
-    Bodies,
-    /// Of a body with itself.
-    Itself,
-    /// Of a body with colliders that are meshes.
-    Colliders,
-}
 
 /// Contact statistics of the last substep, and the number of detections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -107,6 +102,8 @@ pub struct Contacts {
     pub(super) active: Vec<Active>,
     pub(super) rigids: Vec<Rigid>,
     pub(super) manifolds: Manifolds,
+    pub(super) rigid_pairs: RigidPairs,
+    pub(super) rigid_rows: RigidRows,
     pub(super) tangles: Vec<Tangle>,
     pub(super) crossings: Vec<Crossing>,
     pub(super) search: CrossingSearch,
@@ -131,9 +128,6 @@ pub struct Contacts {
     pub(super) is_valid: bool,
 }
 
-/// Passes over the contacts of rigid bodies in both directions, after the first.
-const RIGID_PASSES: usize = 8;
-
 /// A particle that deviates by more than this fraction of the thickness from its stepped position
 /// was moved externally.
 const MOVED: f32 = 0.01;
@@ -141,9 +135,6 @@ const MOVED: f32 = 0.01;
 /// A collider that deviates by more than this fraction of its mean edge from the end of its last motion
 /// was teleported.
 const TELEPORTED: f32 = 1e-3;
-
-/// Number of kinds of contact.
-const KINDS: usize = 3;
 
 /// Owner of a surface, by its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -256,6 +247,11 @@ impl Member {
         self.first..self.first + self.surface.vertices.len()
     }
 
+    /// Where it can touch others first, if it is rigid.
+    pub(super) fn features(&self) -> Option<&Features> {
+        (self.rigid != NO_INDEX).then(|| self.surface.features())
+    }
+
     /// The particle of one of its surface vertices.
     pub(super) fn particle(&self, vertex: usize) -> usize {
         self.surface.vertices[vertex - self.first] as usize
@@ -323,6 +319,7 @@ impl Member {
             now: start,
             motion: end - start,
             parts: [DVec3::ZERO; 2],
+            lift: DVec3::ZERO,
         }
     }
 
@@ -412,9 +409,28 @@ impl Contacts {
         self.sums.take(each)
     }
 
-    /// Begins a tick: forces of pairs are added up anew.
+    /// Begins a tick: nothing is kept of the one before, and forces of pairs are added up anew.
     pub fn begin_tick(&mut self) {
         self.sums.clear();
+        self.rigid_pairs.begin_tick();
+        self.rigid_rows.begin_tick();
+    }
+
+    /// What substeps of a tick leave to the next ones.
+    pub(crate) fn memory(&mut self) -> TickMemory {
+        TickMemory {
+            sums: self.sums.clone(),
+            rows: self.rigid_rows.kept().clone(),
+            pairs: self.rigid_pairs.all.clone(),
+        }
+    }
+
+    /// Returns to what substeps of a tick have left, as the next ones have to be performed again.
+    pub(crate) fn return_to(&mut self, memory: TickMemory) {
+        let TickMemory { sums, rows, pairs } = memory;
+        self.sums = sums;
+        *self.rigid_rows.kept() = rows;
+        self.rigid_pairs.all = pairs;
     }
 
     /// Memory use in bytes.
@@ -472,7 +488,6 @@ impl Contacts {
         self.counts.apart = apart.unwrap_or(0);
         if apart.is_none() {
             self.counts.repeated += 1;
-            self.sums.clear();
         }
     }
 
@@ -494,12 +509,13 @@ impl Contacts {
         self.find_near(threads);
         self.clear_rows();
         self.make_rigid_rows(bodies);
+        self.make_rows_of_pairs(bodies);
         self.make_fixed_rows(bodies, colliders, step);
-        self.reduce_rigid_rows();
         self.find_touching();
     }
 
-    /// One pass over the contacts of one kind, after an iteration.
+    /// One pass over the contacts of one kind, after an iteration; those of rigid bodies are solved with
+    /// contacts between bodies, whatever their kind.
     pub(crate) fn solve(&mut self, bodies: &mut [impl Tangible], between: Between) {
         // Without contacts, the shape of a rigid body is restored once.
         let restores = between == Between::Bodies && !self.rigids.is_empty();
@@ -509,36 +525,22 @@ impl Contacts {
             return;
         }
         self.begin_pass(bodies);
-        for it in &mut self.active {
-            it.now = match bodies.get(it.body as usize) {
-                Some(body) => body.now(it.particle as usize),
-                None => self.ends[it.vertex as usize],
-            };
-        }
         self.pass(bodies, between);
-        let Self {
-            rows,
-            active,
-            rigids,
-            ..
-        } = self;
-        let rows = &mut rows[between as usize];
-        if !rigids.is_empty() {
-            for _ in 0..RIGID_PASSES {
-                for row in rows.iter_mut().rev().filter(|row| row.is_rigid()) {
-                    row.solve(active, rigids);
-                }
-                for row in rows.iter_mut().filter(|row| row.is_rigid()) {
-                    row.solve(active, rigids);
-                }
-            }
+        if between == Between::Bodies && !self.rigids.is_empty() {
+            let Self {
+                rows,
+                active,
+                rigids,
+                ..
+            } = self;
+            self.rigid_rows.solve(rows, active, rigids);
         }
         self.write_back(bodies);
         self.end_pass(bodies);
     }
 
     /// Copies the positions of the active particles back to the bodies.
-    fn write_back(&self, bodies: &mut [impl Tangible]) {
+    pub(super) fn write_back(&self, bodies: &mut [impl Tangible]) {
         for it in &self.active {
             let Some(body) = bodies.get_mut(it.body as usize) else {
                 continue;
@@ -571,6 +573,7 @@ impl Contacts {
         }
         self.find_mean_motion();
         self.enclose_or_detect(1.0, step.count, threads);
+        self.follow_pairs();
         self.cut(bodies, step.count, threads);
     }
 
@@ -584,6 +587,7 @@ impl Contacts {
         if rows().any(ContactRow::may_bounce) {
             self.bounce(bodies, step);
         }
+        self.rigid_rows.keep(&self.rows, &self.active);
         let between = &self.rows[Between::Bodies as usize];
         self.sums
             .add(between, self.h, (&self.active, &self.touching));
@@ -605,7 +609,8 @@ impl Contacts {
             row.bounce(slowest, &mut self.active, &mut self.rigids);
         }
         if !self.rigids.is_empty() {
-            for row in self.rows.iter_mut().flatten().rev() {
+            let rigid = self.rows.iter_mut().flatten().rev();
+            for row in rigid.filter(|row| row.is_rigid()) {
                 row.bounce(slowest, &mut self.active, &mut self.rigids);
             }
         }
@@ -697,7 +702,7 @@ impl Contacts {
         self.is_valid = false;
         // Its places are those of the bodies before.
         self.touching.clear();
-        self.members.clear();
+        let before = take(&mut self.members);
         self.rigids.clear();
         let mut first = 0;
         for new in all() {
@@ -722,6 +727,7 @@ impl Contacts {
             });
             first += new.surface.vertices.len();
         }
+        self.follow_members(&before);
         self.starts.clear();
         self.starts.resize(first, DVec3::ZERO);
         self.ends.clear();
@@ -940,6 +946,14 @@ impl Contacts {
         }
         holds
     }
+}
+
+/// What substeps of a tick leave to the next ones.
+#[derive(Debug)]
+pub(crate) struct TickMemory {
+    sums: Sums,
+    rows: Vec<Kept>,
+    pairs: Vec<RigidPair>,
 }
 
 /// A surface with contact in the current substep.

@@ -1,13 +1,17 @@
 //! Finds the pairs of primitives that may come near each other.
 
 use super::{
+    between::Between,
     bounds::{Ball, Bounds, Columns},
     closest::Kind,
-    contacts::{Between, Contacts, HORIZON, Member, Piece},
+    contacts::{Contacts, HORIZON, Member, Piece},
     gaps::Pairs,
 };
 use crate::{
-    Threads, WorkEstimate, lanes::Instructions, particles::MAX_COORDINATE, topology::surface::Patch,
+    Threads, WorkEstimate,
+    lanes::Instructions,
+    particles::MAX_COORDINATE,
+    topology::{features::Features, surface::Patch},
 };
 use glam::{DVec3, Vec3A};
 use std::ops::Range;
@@ -291,7 +295,7 @@ impl Contacts {
                 piece.claimed_radius = 0.5 * longest.sqrt() as f32 + skin + thickness;
             }
             boxes.all = bounds.grown(piece.claimed_radius);
-            boxes.fill(piece.patch(members), &claimed[corners]);
+            boxes.fill(piece, members, &claimed[corners]);
         }
     }
 
@@ -644,15 +648,30 @@ impl Kind {
 }
 
 impl PieceBoxes {
-    /// Encloses the primitives of a patch with these centers of its corners.
-    fn fill(&mut self, patch: &Patch, centers: &[Vec3A]) {
+    /// Encloses the primitives of a piece with these centers of its corners: of a rigid one, those that can touch
+    /// others first.
+    fn fill(&mut self, piece: &Piece, members: &[Member], centers: &[Vec3A]) {
+        let patch = piece.patch(members);
+        let features = members[piece.member].features();
         let around = |corners: &[u32]| {
             let all = corners.iter().map(|&corner| centers[corner as usize]);
             all.fold(Bounds::EMPTY, |all, at| all.with(Bounds::around(at, at)))
         };
         let [vertices, edges, triangles] = &mut self.parts;
-        vertices.fill((0..patch.own as u32).map(|vertex| around(&[vertex])));
-        edges.fill(patch.edges.iter().map(|edge| around(edge)));
+        vertices.fill((0..patch.own as u32).map(|vertex| {
+            let is_corner = |it: &Features| it.is_corner[patch.vertices[vertex as usize] as usize];
+            match features.is_none_or(is_corner) {
+                true => around(&[vertex]),
+                false => Bounds::EMPTY,
+            }
+        }));
+        edges.fill(patch.edges.iter().enumerate().map(|(number, edge)| {
+            let is_sharp = |it: &Features| it.is_sharp[piece.patch][number];
+            match features.is_none_or(is_sharp) {
+                true => around(edge),
+                false => Bounds::EMPTY,
+            }
+        }));
         triangles.fill(patch.triangles.iter().map(|triangle| around(triangle)));
     }
 }

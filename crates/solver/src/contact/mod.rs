@@ -16,7 +16,8 @@
 //!
 //! The sides of surfaces that cross are not defined: their bodies are separated (`untangle.rs`), and a
 //! surface is pulled out of itself (`self_untangle.rs`).
-//! Rigid bodies move as a whole (`rigid.rs`), by few contacts (`manifold.rs`).
+//! Rigid bodies move as a whole (`rigid.rs`). They touch each other in few places (`touches.rs`,
+//! `manifold.rs`), and all of their contacts are solved together until they hold (`rigid_rows.rs`).
 //!
 //! Positions are relative to frames that move with pieces of the surfaces, so that rigid motion
 //! requires no new detection. Geometry is computed in `f64`; balls, and the bounds by which most pairs are
@@ -24,6 +25,7 @@
 //!
 //! The fast solver and the reference share this module.
 
+mod between;
 mod bounds;
 mod closed_mesh;
 pub(crate) mod closest;
@@ -39,6 +41,8 @@ mod near;
 mod open;
 mod rigid;
 mod rigid_contacts;
+mod rigid_pairs;
+mod rigid_rows;
 pub(crate) mod row;
 mod rows;
 mod self_untangle;
@@ -47,6 +51,7 @@ pub(crate) mod sums;
 mod surfaces;
 mod tangible;
 mod tangle;
+mod touches;
 mod truncate;
 mod untangle;
 mod within;
@@ -60,6 +65,7 @@ pub use crate::colliders::{
 pub use closest::on_triangle;
 pub use crossings::{Outline, Overlapped, crossings, overlaps};
 
-pub(crate) use contacts::{Between, half_thickness};
+pub(crate) use between::Between;
+pub(crate) use contacts::half_thickness;
 pub(crate) use row::ContactPart;
 pub(crate) use tangible::Tangible;

@@ -29,8 +29,17 @@ pub(super) struct Rigid {
     /// Displacement [m] and rotation vector [rad] by the contacts of a pass.
     shift: DVec3,
     turn: DVec3,
-    /// The same by [`ContactPart`], in the whole substep.
+    /// The same by [`ContactPart`], in the whole substep, and what is no velocity.
     parts: [(DVec3, DVec3); 2],
+    lifted: (DVec3, DVec3),
+}
+
+/// Motion of a rigid body by the contacts of a pass.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Motion {
+    /// Displacement [m] and rotation vector [rad].
+    pub shift: DVec3,
+    pub turn: DVec3,
 }
 
 impl Rigid {
@@ -44,6 +53,7 @@ impl Rigid {
             shift: DVec3::ZERO,
             turn: DVec3::ZERO,
             parts: [(DVec3::ZERO, DVec3::ZERO); 2],
+            lifted: (DVec3::ZERO, DVec3::ZERO),
         }
     }
 
@@ -100,6 +110,29 @@ impl Rigid {
         self.shift + self.turn.cross(x - self.center)
     }
 
+    /// Its motion in the pass so far.
+    pub fn motion(&self) -> Motion {
+        Motion {
+            shift: self.shift,
+            turn: self.turn,
+        }
+    }
+
+    /// Sets its motion in the pass.
+    pub fn set_motion(&mut self, Motion { shift, turn }: Motion) {
+        (self.shift, self.turn) = (shift, turn);
+    }
+
+    /// 1/M [1/kg].
+    pub fn inverse_mass(&self) -> f64 {
+        self.inverse_mass
+    }
+
+    /// Rotation vector by an angular impulse [kg·m²].
+    pub fn turned_by(&self, impulse: DVec3) -> DVec3 {
+        self.inverse_inertia * impulse
+    }
+
     /// Inverse mass along a direction at an arm from the center of mass [1/kg].
     pub fn weight(&self, arm: DVec3, direction: DVec3) -> f64 {
         let lever = arm.cross(direction);
@@ -117,6 +150,33 @@ impl Rigid {
         let (shift, turn) = &mut self.parts[part as usize];
         *shift += impulse * self.inverse_mass;
         *turn += self.inverse_inertia * arm.cross(impulse);
+    }
+
+    /// Notes that the displacement by an impulse is no velocity.
+    pub fn lift(&mut self, impulse: DVec3, arm: DVec3) {
+        let (shift, turn) = &mut self.lifted;
+        *shift += impulse * self.inverse_mass;
+        *turn += self.inverse_inertia * arm.cross(impulse);
+    }
+
+    /// Only a fraction of the displacement is performed.
+    pub fn cut_lift(&mut self, t: f64) {
+        let (shift, turn) = &mut self.lifted;
+        *shift *= t;
+        *turn *= t;
+    }
+
+    /// Takes the displacement that is no velocity out of the velocities of its particles.
+    pub fn drop_lift(&mut self, body: &mut impl Tangible) {
+        let (shift, turn) = std::mem::take(&mut self.lifted);
+        if (shift, turn) == (DVec3::ZERO, DVec3::ZERO) {
+            return;
+        }
+        self.begin_pass(body, |i| body.start(i));
+        for i in 0..body.topology().particles() {
+            let by = shift + turn.cross(body.start(i) - self.center);
+            body.accelerate(i, -by);
+        }
     }
 
     /// Arm of a point at the start of the substep.

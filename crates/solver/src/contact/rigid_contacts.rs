@@ -1,7 +1,9 @@
 //! Contacts of rigid bodies: their passes, and rows with the ground and with colliders.
 
 use super::{
-    contacts::{Between, Contacts},
+    between::Between,
+    contacts::Contacts,
+    manifold::Touch,
     rigid::{Rigid, restore_shape},
     row::{ContactRow, NO_INDEX, Plane},
     tangible::Tangible,
@@ -9,6 +11,7 @@ use super::{
 use crate::{
     RigidSurface, Substep,
     colliders::{collider::SweptCollider, shape::Exit},
+    topology::features::Features,
 };
 use glam::DVec3;
 
@@ -34,12 +37,49 @@ impl Contacts {
             }
             rigid.begin_pass(body, |i| body.now(i));
         }
+        for it in &mut self.active {
+            it.now = match bodies.get(it.body as usize) {
+                Some(body) => body.now(it.particle as usize),
+                None => self.ends[it.vertex as usize],
+            };
+        }
     }
 
     /// Moves the particles of the rigid bodies after a pass.
     pub(super) fn end_pass(&self, bodies: &mut [impl Tangible]) {
         for rigid in &self.rigids {
             rigid.write_back(&mut bodies[rigid.body]);
+        }
+    }
+
+    /// Separates rigid bodies from what is closer than its distance, after the last iteration and before truncation.
+    pub(crate) fn lift(&mut self, bodies: &mut [impl Tangible]) {
+        if self.rows.iter().flatten().any(ContactRow::is_rigid) {
+            self.begin_pass(bodies);
+            let Self {
+                rows,
+                active,
+                rigids,
+                ..
+            } = self;
+            self.rigid_rows.lift(rows, active, rigids);
+            self.write_back(bodies);
+            self.end_pass(bodies);
+        }
+    }
+
+    /// Takes the displacement by separation out of velocities, after the last stage.
+    pub(crate) fn drop_lift(&mut self, bodies: &mut [impl Tangible]) {
+        for rigid in &mut self.rigids {
+            let body = &mut bodies[rigid.body];
+            rigid.drop_lift(body);
+        }
+        for it in &mut self.active {
+            if it.lift != DVec3::ZERO
+                && let Some(body) = bodies.get_mut(it.body as usize)
+            {
+                body.accelerate(it.particle as usize, -std::mem::take(&mut it.lift));
+            }
         }
     }
 
@@ -71,6 +111,7 @@ impl Contacts {
         step: &Substep,
     ) {
         let h = f64::from(step.h);
+        let first = self.rows[Between::Bodies as usize].len();
         for number in 0..self.rigids.len() {
             let Rigid { body, member, .. } = self.rigids[number];
             if !self.rigids[number].is_movable() {
@@ -92,7 +133,10 @@ impl Contacts {
                     let row = ContactRow::fixed(*place, &plane, &self.active, &self.rigids);
                     self.rows[Between::Bodies as usize].push(row);
                 };
-                if let Some(ground) = effects.ground {
+                let is_corner = |it: &Features| it.is_corner[v - member.first];
+                if let Some(ground) = effects.ground
+                    && member.features().is_none_or(is_corner)
+                {
                     let gap = start.y - f64::from(ground.height.get());
                     if gap < near {
                         add(Plane {
@@ -138,5 +182,21 @@ impl Contacts {
                 }
             }
         }
+        let all = &mut self.rows[Between::Bodies as usize];
+        let touches = &mut self.rigid_pairs.touches;
+        touches.clear();
+        touches.extend(all[first..].iter().map(|row| Touch {
+            of: row.rigids[0],
+            normal: row.normal(),
+            point: row.point(&self.active),
+            error: row.predicted_error(),
+            distance: 0.0,
+        }));
+        let mut kept = self.manifolds.keep(touches).iter();
+        let mut number = 0;
+        all.retain(|_| {
+            number += 1;
+            number <= first || kept.next().copied().unwrap_or(true)
+        });
     }
 }

@@ -11,7 +11,7 @@
 //! depend on their number. λₙ/h² is the force [N].
 //!
 //! Primitives closer than their thickness at the start of the substep separate at most at their
-//! recovery speed.
+//! recovery speed. The contacts of rigid bodies are solved elsewhere (`rigid_rows.rs`).
 //!
 //! Source: Müller, Macklin and others, *Detailed Rigid Body Simulation with Extended Position Based
 //! Dynamics* (2020), for the normal constraint and restitution.
@@ -69,6 +69,8 @@ pub(super) struct Active {
     pub motion: DVec3,
     /// Displacement in the substep by [`ContactPart`] [m].
     pub parts: [DVec3; 2],
+    /// Displacement that is not velocity [m].
+    pub lift: DVec3,
 }
 
 impl Active {
@@ -109,29 +111,30 @@ pub(super) struct ContactRow {
     pub corners: [u32; 4],
     weights: [f64; 4],
     normal: DVec3,
-    /// Distance to maintain [m].
-    distance: f64,
+    /// Distance to maintain [m], and the one that rigid bodies separate to without a velocity.
+    pub(super) distance: f64,
+    pub(super) lifted: f64,
     /// α/h² [1/kg].
-    compliance: f64,
-    friction: [f64; 2],
+    pub(super) compliance: f64,
+    pub(super) friction: [f64; 2],
     restitution: f64,
     /// W along the normal [1/kg].
-    inverse_mass: f64,
+    pub(super) inverse_mass: f64,
     /// W of the particles that do not belong to rigid bodies [1/kg].
     soft_inverse_mass: f64,
     /// Index of the rigid body of either primitive, and the arm of its closest point [m].
-    rigids: [u32; 2],
-    arms: [DVec3; 2],
+    pub(super) rigids: [u32; 2],
+    pub(super) arms: [DVec3; 2],
     /// Displacement of a plane [m].
-    carried: DVec3,
+    pub(super) carried: DVec3,
     /// What the plane belongs to, if it is the contact of one particle with a plane.
     plane: Option<RigidSurface>,
     /// Whether its surfaces separate at their recovery speed.
     recovers: bool,
     /// λₙ [kg·m].
-    normal_multiplier: f64,
+    pub(super) normal_multiplier: f64,
     /// λₜ [kg·m].
-    friction_multiplier: DVec3,
+    pub(super) friction_multiplier: DVec3,
     /// Multiplier of the change of velocity after the substep [kg·m].
     velocity_multiplier: f64,
     /// Distance at the start of the substep [m].
@@ -178,6 +181,7 @@ impl ContactRow {
             weights,
             normal,
             distance: distance.min(gap + pair.recovery),
+            lifted: distance.min(gap + pair.recovery),
             compliance: pair.compliance,
             friction: pair.friction,
             restitution: pair.restitution,
@@ -202,6 +206,12 @@ impl ContactRow {
                 row.inverse_mass += rigid.weight(row.arms[side], normal);
             }
         }
+        if row.is_rigid() {
+            row.recovers = false;
+            if row.compliance == 0.0 {
+                row.distance = distance.min(gap);
+            }
+        }
         (row.inverse_mass > 0.0).then_some(row)
     }
 
@@ -215,7 +225,8 @@ impl ContactRow {
             corners: [corner; 4],
             weights: [1.0, 0.0, 0.0, 0.0],
             normal: plane.normal,
-            distance: plane.height + (plane.gap + plane.recovery).min(0.0),
+            distance: plane.height + plane.gap.min(0.0),
+            lifted: plane.height + (plane.gap + plane.recovery).min(0.0),
             compliance: 0.0,
             friction: [plane.friction; 2],
             restitution: plane.restitution,
@@ -225,7 +236,7 @@ impl ContactRow {
             arms: [arm, DVec3::ZERO],
             carried: plane.carried,
             plane: Some(plane.surface),
-            recovers: plane.gap + plane.recovery < 0.0,
+            recovers: false,
             normal_multiplier: 0.0,
             friction_multiplier: DVec3::ZERO,
             velocity_multiplier: 0.0,
@@ -234,20 +245,14 @@ impl ContactRow {
         }
     }
 
-    /// W along a direction [1/kg].
-    fn weight(&self, direction: DVec3, rigids: &[Rigid]) -> f64 {
-        let mut weight = self.soft_inverse_mass;
-        for (&rigid, &arm) in self.rigids.iter().zip(&self.arms) {
-            if let Some(rigid) = rigids.get(rigid as usize) {
-                weight += rigid.weight(arm, direction);
-            }
-        }
-        weight
-    }
-
     /// Whether a rigid body is involved.
     pub fn is_rigid(&self) -> bool {
         self.rigids != [NO_INDEX; 2]
+    }
+
+    /// W of the particles that do not belong to rigid bodies [1/kg].
+    pub fn soft_inverse_mass(&self) -> f64 {
+        self.soft_inverse_mass
     }
 
     /// Whether a particle that does not belong to a rigid body can move.
@@ -283,14 +288,9 @@ impl ContactRow {
             .sum()
     }
 
-    /// C at the end of the substep without contact [m].
+    /// C at the end of the substep without contact, of a particle and a plane [m].
     pub fn predicted_error(&self) -> f64 {
-        self.gap + self.approach - self.thickness()
-    }
-
-    /// Distance that two surfaces keep [m]; 0 from a plane.
-    pub fn thickness(&self) -> f64 {
-        if self.is_fixed() { 0.0 } else { self.distance }
+        self.gap + self.approach
     }
 
     /// Index of the rigid body, sign of the weights and arm of either side.
@@ -301,7 +301,7 @@ impl ContactRow {
 
     /// Whether it changes velocities after the substep.
     pub fn may_bounce(&self) -> bool {
-        self.restitution > 0.0 || self.is_rigid()
+        self.restitution > 0.0
     }
 
     /// Whether two bodies touched at the start of the substep.
@@ -371,15 +371,13 @@ impl ContactRow {
             .into_iter()
     }
 
-    /// Projects the constraint; returns whether it has moved anything.
-    pub fn solve(&mut self, active: &mut [Active], rigids: &mut [Rigid]) -> bool {
+    /// Projects the constraint of particles that do not belong to rigid bodies; returns whether it has moved
+    /// anything.
+    pub fn solve(&mut self, active: &mut [Active]) -> bool {
         let Self {
             weights, normal, ..
         } = *self;
-        let x = self.corners.map(|corner| {
-            let it = &active[corner as usize];
-            it.moved(it.now, it.now, rigids)
-        });
+        let x = self.corners.map(|corner| active[corner as usize].now);
         let error = normal.dot(weighted(weights, x)) - self.distance;
         // A diverged body must not affect the bodies that it touches.
         if !error.is_finite() {
@@ -392,21 +390,17 @@ impl ContactRow {
             return false;
         }
         self.normal_multiplier += change;
-        self.push(normal * change, active, rigids, |it| &mut it.now);
+        self.push(normal * change, active, &mut [], |it| &mut it.now);
         if self.recovers {
-            self.credit(ContactPart::Recovery, normal * change, active, rigids);
+            self.credit(ContactPart::Recovery, normal * change, active, &mut []);
         }
         let displacements = self.corners.map(|corner| {
             let it = &active[corner as usize];
-            it.moved(it.now, it.now, rigids) - it.start
+            it.now - it.start
         });
-        let slip = weighted(weights, displacements) - self.carried;
+        let slip = weighted(weights, displacements);
         let slip = slip - normal * slip.dot(normal);
-        let weight = match self.rigids {
-            [NO_INDEX, NO_INDEX] => self.inverse_mass,
-            _ => self.weight(slip.normalize_or_zero(), rigids),
-        };
-        let unlimited = self.friction_multiplier - slip / weight;
+        let unlimited = self.friction_multiplier - slip / self.inverse_mass;
         let [sticks, slides] = self
             .friction
             .map(|friction| friction * self.normal_multiplier);
@@ -418,13 +412,13 @@ impl ContactRow {
         };
         let change = friction - self.friction_multiplier;
         self.friction_multiplier = friction;
-        self.push(change, active, rigids, |it| &mut it.now);
-        self.credit(ContactPart::Friction, change, active, rigids);
+        self.push(change, active, &mut [], |it| &mut it.now);
+        self.credit(ContactPart::Friction, change, active, &mut []);
         true
     }
 
     /// Adds the displacement by an impulse to a part of the displacement by contacts.
-    fn credit(
+    pub(super) fn credit(
         &self,
         part: ContactPart,
         impulse: DVec3,
@@ -439,17 +433,21 @@ impl ContactRow {
         }
     }
 
+    /// Notes that the displacement by an impulse is no velocity.
+    pub(super) fn lift(&self, impulse: DVec3, active: &mut [Active], rigids: &mut [Rigid]) {
+        self.push(impulse, active, &mut [], |it| &mut it.lift);
+        for (rigid, sign, arm) in self.sides() {
+            if let Some(rigid) = rigids.get_mut(rigid as usize) {
+                rigid.lift(impulse * sign, arm);
+            }
+        }
+    }
+
     /// Applies restitution after the last stage, as a change of velocity of the corners, expressed
     /// as a displacement per substep [m]. `motion` gives the displacement of an active particle.
     /// Approaches slower than `slowest` [m] do not bounce.
-    ///
-    /// Where a rigid body is involved, the contact also removes the velocity that results from
-    /// excess separation by the iterations, up to the impulse that it has applied: single particles
-    /// of soft bodies lose such velocities, rigid bodies would jitter. Source: Müller, Macklin and
-    /// others (2020), equation 34.
     pub fn bounce(&mut self, slowest: f64, active: &mut [Active], rigids: &mut [Rigid]) {
-        let bounces = self.restitution > 0.0 && self.approach < -slowest;
-        if !self.acts() || !(bounces || self.is_rigid()) {
+        if !self.acts() || self.restitution == 0.0 || self.approach >= -slowest {
             return;
         }
         let motion = self.corners.map(|corner| {
@@ -459,21 +457,14 @@ impl ContactRow {
         let leaves = self
             .normal
             .dot(weighted(self.weights, motion) - self.carried);
-        let impulse = if self.is_rigid() {
-            let aim = if bounces {
-                -self.restitution * self.approach
-            } else {
-                self.approach.max(0.0)
-            };
-            let impulse = (aim - leaves) / self.inverse_mass;
-            let impulse = impulse.max(-self.normal_multiplier - self.velocity_multiplier);
-            self.velocity_multiplier += impulse;
-            impulse
-        } else {
-            let impulse = (-self.restitution * self.approach - leaves).max(0.0) / self.inverse_mass;
-            self.velocity_multiplier += impulse;
-            impulse
+        let impulse = (-self.restitution * self.approach - leaves) / self.inverse_mass;
+        // Rigid bodies have several passes: what one has added, the next may take back.
+        let least = match self.is_rigid() {
+            true => -self.normal_multiplier - self.velocity_multiplier,
+            false => 0.0,
         };
+        let impulse = impulse.max(least);
+        self.velocity_multiplier += impulse;
         let impulse = self.normal * impulse;
         self.push(impulse, active, rigids, |it| &mut it.motion);
     }

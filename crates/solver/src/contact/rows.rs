@@ -3,13 +3,15 @@
 //! A pass goes over the open candidates in their order. The primitives of one approach each other by at most
 //! what their corners have moved relative to the mean motions of their pieces, and these relative to each other.
 //! Where that is less than the room that they had at the start, there is nothing to do; all others
-//! get a row, if they are near. Rigid bodies have all of their rows from the start, of which few are kept.
+//! get a row, if they are near. Rigid bodies have their rows from the start, few with each other
+//! (`touches.rs`), and are not part of the pass (`rigid_rows.rs`).
 
 use super::{
+    between::Between,
     closest::weighted,
-    contacts::{Between, Contacts, HORIZON, Member, Owner, Piece},
+    contacts::{Contacts, HORIZON, Member, Owner, Piece},
     detect::Batch,
-    open::{NearPart, Open, OpenBatch, OpenRow},
+    open::{NearPart, Open, OpenRow},
     row::{ContactRow, NO_GAP, NO_INDEX, TOUCHING},
     tangible::Tangible,
 };
@@ -31,7 +33,7 @@ impl Contacts {
     }
 
     /// Indices of the members of a batch.
-    fn members_of(&self, batch: &Batch) -> [u32; 2] {
+    pub(super) fn members_of(&self, batch: &Batch) -> [u32; 2] {
         batch
             .pieces
             .map(|piece| self.pieces[piece as usize].member as u32)
@@ -43,7 +45,7 @@ impl Contacts {
         !self.rigids.is_empty() && self.members_of(batch).into_iter().any(is_rigid)
     }
 
-    /// Creates all rows of rigid surfaces with others.
+    /// Creates all rows of rigid surfaces with soft ones.
     pub(super) fn make_rigid_rows(&mut self, bodies: &[impl Tangible]) {
         if self.rigids.is_empty() {
             return;
@@ -51,7 +53,8 @@ impl Contacts {
         let mut parts = take(&mut self.near);
         for part in &mut parts {
             for it in &mut part.opened {
-                if self.is_rigid(&self.batches[it.batch]) {
+                let batch = &self.batches[it.batch];
+                if self.is_rigid(batch) && !self.is_hard(batch) {
                     for open in &mut part.open[it.range()] {
                         open.row = self.make_row(bodies, (it.batch, false), open);
                         it.has_rows |= matches!(open.row, OpenRow::Some(_));
@@ -60,29 +63,6 @@ impl Contacts {
             }
         }
         self.near = parts;
-    }
-
-    /// Keeps few rows of rigid surfaces with each other.
-    pub(super) fn reduce_rigid_rows(&mut self) {
-        if self.rigids.is_empty() {
-            return;
-        }
-        for kind in [Between::Bodies, Between::Colliders] {
-            let rows = &mut self.rows[kind as usize];
-            self.manifolds.reduce(rows, &self.active);
-            // Both are in the order of the candidates.
-            let mut kept = (0..).zip(&*rows).peekable();
-            for NearPart { opened, open, .. } in &mut self.near {
-                let of_kind = |it: &&OpenBatch| self.batches[it.batch].between == kind;
-                for it in opened.iter().filter(of_kind) {
-                    let all = open[it.range()].iter_mut();
-                    for open in all.filter(|it| matches!(it.row, OpenRow::Some(_))) {
-                        let row = kept.next_if(|(_, row)| row.order == open.candidate);
-                        open.row = row.map_or(OpenRow::None, |(index, _)| OpenRow::Some(index));
-                    }
-                }
-            }
-        }
     }
 
     /// Finds the bodies that touch, also without a force.
@@ -176,20 +156,9 @@ impl Contacts {
         if !motion.is_near(candidate, &near) || self.is_tangled(members, near.vertices) {
             return OpenRow::None;
         }
-        let corners = std::array::from_fn(|corner| {
-            let v = near.vertices[corner] as usize;
-            let member = [a, b][usize::from(corner >= split)];
-            let place = &mut self.places[v];
-            if *place == NO_INDEX {
-                *place = self.active.len() as u32;
-                let ends = [self.starts[v], self.ends[v]];
-                let mut it = member.active(v as u32, ends, self.inverse_masses[v]);
-                it.now = position(bodies, member, v, &self.ends);
-                self.active.push(it);
-            }
-            *place
-        });
-        let rows = &mut self.rows[batch.between as usize];
+        let between = batch.between;
+        let corners = self.activate(bodies, members, split, near.vertices);
+        let rows = &mut self.rows[between as usize];
         let index = rows.len() as u32;
         rows.extend(ContactRow::new(
             open.candidate,
@@ -205,14 +174,38 @@ impl Contacts {
         }
     }
 
-    /// Projects the contacts of one kind, in the order of their candidates, and then those of single particles
-    /// with planes.
+    /// Indices of surface vertices among the active ones; the first ones, up to `split`, belong to the first member.
+    pub(super) fn activate(
+        &mut self,
+        bodies: &[impl Tangible],
+        members: [u32; 2],
+        split: usize,
+        vertices: [u32; 4],
+    ) -> [u32; 4] {
+        let mut corners = [0; 4];
+        for (corner, (number, v)) in corners.iter_mut().zip(vertices.into_iter().enumerate()) {
+            let v = v as usize;
+            if self.places[v] == NO_INDEX {
+                let member = &self.members[members[usize::from(number >= split)] as usize];
+                let ends = [self.starts[v], self.ends[v]];
+                let mut it = member.active(v as u32, ends, self.inverse_masses[v]);
+                it.now = position(bodies, member, v, &self.ends);
+                self.places[v] = self.active.len() as u32;
+                self.active.push(it);
+            }
+            *corner = self.places[v];
+        }
+        corners
+    }
+
+    /// Projects the contacts of one kind, but those of rigid bodies, in the order of their candidates.
     pub(super) fn pass(&mut self, bodies: &[impl Tangible], between: Between) {
         let mut parts = take(&mut self.near);
         self.measure(bodies, &parts, between);
         for NearPart { opened, open, .. } in &mut parts {
             for it in opened {
-                if self.batches[it.batch].between != between {
+                let batch = &self.batches[it.batch];
+                if batch.between != between || self.is_hard(batch) {
                     continue;
                 }
                 let [a, b] = self.batches[it.batch].pieces.map(|it| it as usize);
@@ -236,7 +229,7 @@ impl Contacts {
                     }
                     if let OpenRow::Some(row) = open.row {
                         let row = &mut self.rows[between as usize][row as usize];
-                        if row.solve(&mut self.active, &mut self.rigids) {
+                        if !row.is_rigid() && row.solve(&mut self.active) {
                             let corners = row.corners;
                             self.follow_moved(corners);
                         }
@@ -245,15 +238,6 @@ impl Contacts {
             }
         }
         self.near = parts;
-        let Self {
-            rows,
-            active,
-            rigids,
-            ..
-        } = self;
-        for row in rows[between as usize].iter_mut().filter(|it| it.is_fixed()) {
-            row.solve(active, rigids);
-        }
     }
 
     /// Measures how far the corners of pieces with open candidates have moved.
@@ -368,7 +352,8 @@ impl Piece {
     }
 }
 
-fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+/// In ascending order.
+pub(super) fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 

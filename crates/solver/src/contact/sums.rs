@@ -17,7 +17,7 @@ pub struct PairContact {
 }
 
 /// Sums over the substeps of a tick.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Sums {
     /// By bodies, in ascending order; forces are not divided by the substeps.
     pairs: Vec<PairContact>,

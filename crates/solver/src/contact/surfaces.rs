@@ -2,7 +2,8 @@
 //! bodies.
 
 use super::{
-    contacts::{Between, Contacts, Member, Owner},
+    between::Between,
+    contacts::{Contacts, Member, Owner},
     row::{ContactRow, NO_INDEX},
     tangible::Tangible,
 };

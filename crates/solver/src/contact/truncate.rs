@@ -270,6 +270,7 @@ impl Contacts {
                 let t = buffers.t[member.first];
                 if t < 1.0 {
                     self.counts.truncated += member.surface.vertices.len();
+                    self.rigids[member.rigid as usize].cut_lift(t);
                     *lost += cut_rigid(&mut bodies[body], common, t);
                 }
                 continue;
@@ -280,6 +281,9 @@ impl Contacts {
                 if t < 1.0 && self.inverse_masses[v] > 0.0 {
                     let relative = common.relative(self.starts[v], self.ends[v]);
                     let by = common.seen(relative * (t - 1.0));
+                    if let Some(it) = self.active.get_mut(self.places[v] as usize) {
+                        it.lift *= t;
+                    }
                     let (body, particle) = (&mut bodies[body], particle as usize);
                     if body.is_repaired() {
                         // Displacement by repair is not velocity, and neither is the truncated part

@@ -20,8 +20,9 @@
 //! closed collider without crossing it leaves it in the same way, see `within.rs`.
 
 use super::{
+    between::Between,
     bounds::Bounds,
-    contacts::{Between, Contacts, Member, Owner, Piece},
+    contacts::{Contacts, Member, Owner, Piece},
     crossing::Crossing,
     intersect::{around, crosses, touches},
     tangible::Tangible,

@@ -183,6 +183,7 @@ impl World {
     /// A tick of 1/rate seconds.
     pub fn tick(&mut self) {
         let substeps = self.settings.substeps.get();
+        self.contacts.begin_tick();
         for index in 0..substeps {
             self.substep(&self.settings.substep(index));
         }
@@ -308,6 +309,7 @@ impl World {
             }
         }
         if touch {
+            contacts.lift(bodies);
             contacts.truncate(bodies, step, &Threads::default());
         }
         for body in &mut *bodies {
@@ -319,6 +321,7 @@ impl World {
         }
         if touch {
             contacts.return_momentum(bodies);
+            contacts.drop_lift(bodies);
             contacts.end(bodies, step);
         }
     }

@@ -212,6 +212,7 @@ pub fn advance(
     context: &StepContext,
 ) {
     if let Some(found) = Apart::find(bodies, &substeps, context) {
+        let memory = contacts.memory();
         apart::advance(bodies, &substeps, tracked, context);
         if bodies.iter().any(GroupedBody::is_active) {
             advance_grouped(bodies, contacts, substeps.clone(), tracked, context);
@@ -223,6 +224,7 @@ pub fn advance(
         if count.is_some() {
             return;
         }
+        contacts.return_to(memory);
     } else {
         contacts.count_apart(Some(0));
     }
@@ -361,6 +363,11 @@ fn finish(
     );
     kinetic_change(
         bodies,
+        |bodies| contacts.drop_lift(bodies),
+        |ledger| &mut ledger.recovery,
+    );
+    kinetic_change(
+        bodies,
         |bodies| contacts.end(bodies, step),
         |ledger| &mut ledger.contact,
     );
@@ -494,13 +501,16 @@ pub fn solve(
     credit(bodies, Cause::Contact);
 }
 
-/// Truncates motion that would let surfaces cross, before the last stage.
+/// Separates rigid bodies from what is too close, and truncates motion that would let surfaces cross, before the
+/// last stage.
 pub fn truncate(
     bodies: &mut [GroupedBody],
     contacts: &mut Contacts,
     step: &Substep,
     context: &StepContext,
 ) {
+    timed(context, Stage::Contact, || contacts.lift(bodies));
+    credit(bodies, Cause::Recovery);
     timed(context, Stage::Contact, || {
         contacts.truncate(bodies, step, context.threads)
     });
@@ -511,6 +521,7 @@ pub fn truncate(
 /// restitution.
 pub fn end(bodies: &mut [GroupedBody], contacts: &mut Contacts, step: &Substep) {
     contacts.return_momentum(bodies);
+    contacts.drop_lift(bodies);
     contacts.end(bodies, step);
 }
 

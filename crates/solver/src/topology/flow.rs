@@ -1,6 +1,6 @@
 //! Topologies of bodies with plastic flow: own rest values, everything else shared.
 
-use super::precomputed::Lazy;
+use super::lazy::Lazy;
 use crate::Topology;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

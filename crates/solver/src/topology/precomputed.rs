@@ -10,6 +10,7 @@ use super::{
         TopologyError, check_elements, check_radii, check_vertices, reaches, renumber,
         without_flat, without_repeats,
     },
+    lazy::Lazy,
     numbering::Numbering,
     partitions::{MIN_CUT, Partitions},
     rest_shape::RestShape,
@@ -17,7 +18,7 @@ use super::{
     volume,
 };
 use glam::Vec3;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// The immutable part of a body. Copies share all but the rest values that can
 /// [flow](crate::Plasticity).
@@ -89,22 +90,6 @@ pub struct Topology {
     /// The topology before plastic flow.
     pub(super) original: Option<Arc<Topology>>,
     pub(super) identity: Identity,
-}
-
-/// A derived part, computed on first use; ignored in comparisons of topologies.
-#[derive(Debug, Clone)]
-pub(super) struct Lazy<T>(pub(super) OnceLock<T>);
-
-impl<T> Default for Lazy<T> {
-    fn default() -> Self {
-        Self(OnceLock::new())
-    }
-}
-
-impl<T> PartialEq for Lazy<T> {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
 }
 
 impl Topology {

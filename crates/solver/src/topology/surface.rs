@@ -1,6 +1,6 @@
 //! Contact surface of a body.
 
-use super::bounds;
+use super::{bounds, features::Features, lazy::Lazy};
 use crate::Topology;
 use glam::Vec3;
 
@@ -27,6 +27,8 @@ pub struct Surface {
     pub longest_edge: f32,
     /// The surface divided into compact pieces.
     pub patches: Vec<Patch>,
+    /// Computed on first use.
+    features: Lazy<Features>,
 }
 
 /// A compact piece of a surface.
@@ -105,7 +107,13 @@ impl Surface {
             longest_edge,
             radii: Vec::new(),
             largest_radius: 0.0,
+            features: Lazy::default(),
         }
+    }
+
+    /// Where it can touch others first, if it is rigid.
+    pub(crate) fn features(&self) -> &Features {
+        self.features.0.get_or_init(|| Features::of(self))
     }
 
     /// Whether every edge has two triangles.
@@ -122,6 +130,7 @@ impl Surface {
             + size_of_val(&self.edges[..])
             + size_of_val(&self.triangles[..])
             + self.patches.iter().map(Patch::bytes).sum::<usize>()
+            + self.features.0.get().map_or(0, Features::bytes)
     }
 }
 

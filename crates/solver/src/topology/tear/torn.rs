@@ -9,9 +9,7 @@ use crate::{
     numbering::Numbering,
     order::Elements,
     partitions::Partitions,
-    topology::{
-        Cotangents, Edges, Facets, Hinges, Identity, RestValues, Tetrahedra, precomputed::Lazy,
-    },
+    topology::{Cotangents, Edges, Facets, Hinges, Identity, RestValues, Tetrahedra, lazy::Lazy},
 };
 use std::{collections::BTreeMap, sync::Arc};
 
