@@ -665,9 +665,9 @@ impl PieceBoxes {
                 false => Bounds::EMPTY,
             }
         }));
-        edges.fill(patch.edges.iter().enumerate().map(|(number, edge)| {
-            let is_sharp = |it: &Features| it.is_sharp[piece.patch][number];
-            match features.is_none_or(is_sharp) {
+        edges.fill(patch.edges.iter().map(|edge| {
+            let ends = edge.map(|place| patch.vertices[place as usize]);
+            match features.is_none_or(|it| it.is_sharp(ends)) {
                 true => around(edge),
                 false => Bounds::EMPTY,
             }

@@ -159,11 +159,17 @@ impl Rigid {
         *turn += self.inverse_inertia * arm.cross(impulse);
     }
 
-    /// Only a fraction of the displacement is performed.
-    pub fn cut_lift(&mut self, t: f64) {
+    /// Only a fraction of the displacement that is no velocity is performed. Returns its momentum, which is not
+    /// lost [kg·m].
+    pub fn cut_lift(&mut self, t: f64) -> DVec3 {
         let (shift, turn) = &mut self.lifted;
+        let cut = *shift * (t - 1.0);
         *shift *= t;
         *turn *= t;
+        match self.inverse_mass > 0.0 {
+            true => cut / self.inverse_mass,
+            false => DVec3::ZERO,
+        }
     }
 
     /// Takes the displacement that is no velocity out of the velocities of its particles.

@@ -270,8 +270,8 @@ impl Contacts {
                 let t = buffers.t[member.first];
                 if t < 1.0 {
                     self.counts.truncated += member.surface.vertices.len();
-                    self.rigids[member.rigid as usize].cut_lift(t);
                     *lost += cut_rigid(&mut bodies[body], common, t);
+                    *lost += self.rigids[member.rigid as usize].cut_lift(t);
                 }
                 continue;
             }
@@ -282,6 +282,8 @@ impl Contacts {
                     let relative = common.relative(self.starts[v], self.ends[v]);
                     let by = common.seen(relative * (t - 1.0));
                     if let Some(it) = self.active.get_mut(self.places[v] as usize) {
+                        // This is no velocity.
+                        *lost += it.lift * (t - 1.0) / self.inverse_masses[v];
                         it.lift *= t;
                     }
                     let (body, particle) = (&mut bodies[body], particle as usize);

@@ -3,8 +3,7 @@
 //! Two polyhedra touch at a corner of one and a face of the other, or at two sharp edges. Edges within a
 //! flat face, and vertices within a face or along a straight edge, touch nothing before others do.
 
-use super::Surface;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Sine of an angle between two faces, or between two edges, below which they are flat or straight: for edges of
 /// 1 m, a corner is off by less than 0.1 mm, less than the smallest gap that contacts keep.
@@ -15,8 +14,8 @@ const FLAT: f64 = 1e-4;
 pub(crate) struct Features {
     /// Of each surface vertex: whether it is a corner.
     pub is_corner: Vec<bool>,
-    /// Of each edge of each patch: whether it is sharp.
-    pub is_sharp: Vec<Vec<bool>>,
+    /// The sharp edges, in ascending order.
+    sharp: Vec<[u32; 2]>,
     /// Index of the first of the triangles around each vertex, and the number of all.
     first: Vec<u32>,
     /// The other two vertices of each.
@@ -24,19 +23,19 @@ pub(crate) struct Features {
 }
 
 impl Features {
-    /// Of a surface.
-    pub fn of(surface: &Surface) -> Self {
-        let count = surface.rest.len();
+    /// Of a surface with these vertices [m], edges in ascending order, and triangles.
+    pub fn of(rest: &[Vec3], edges: &[[u32; 2]], triangles: &[[u32; 3]]) -> Self {
+        let count = rest.len();
         let mut first = vec![0; count + 1];
-        for &vertex in surface.triangles.iter().flatten() {
+        for &vertex in triangles.iter().flatten() {
             first[vertex as usize + 1] += 1;
         }
         for vertex in 0..count {
             first[vertex + 1] += first[vertex];
         }
         let mut next = first.clone();
-        let mut around = vec![[0; 2]; 3 * surface.triangles.len()];
-        for &[a, b, c] in &surface.triangles {
+        let mut around = vec![[0; 2]; 3 * triangles.len()];
+        for &[a, b, c] in triangles {
             for (vertex, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
                 let place = &mut next[vertex as usize];
                 around[*place as usize] = others;
@@ -45,39 +44,39 @@ impl Features {
         }
         let mut features = Self {
             is_corner: Vec::new(),
-            is_sharp: Vec::new(),
+            sharp: Vec::new(),
             first,
             around,
         };
-        let at = |vertex: u32| surface.rest[vertex as usize].as_dvec3();
-        let mut sharp = vec![Vec::new(); count];
-        for &[a, b] in &surface.edges {
-            if features.is_sharp_edge([a, b], at) {
-                sharp[a as usize].push((at(b) - at(a)).normalize_or_zero());
-                sharp[b as usize].push((at(a) - at(b)).normalize_or_zero());
-            }
+        let at = |vertex: u32| rest[vertex as usize].as_dvec3();
+        let sharp = edges.iter().copied();
+        features.sharp = sharp
+            .filter(|&edge| features.is_sharp_edge(edge, at))
+            .collect();
+        let mut directions = vec![Vec::new(); count];
+        for &[a, b] in &features.sharp {
+            directions[a as usize].push((at(b) - at(a)).normalize_or_zero());
+            directions[b as usize].push((at(a) - at(b)).normalize_or_zero());
         }
         let is_straight = |[a, b]: [DVec3; 2]| a.dot(b) < 0.0 && a.cross(b).length() < FLAT;
-        let is_corner = sharp.iter().map(|edges| match edges[..] {
-            [] => surface.triangles.is_empty(),
+        let is_corner = directions.iter().map(|edges| match edges[..] {
+            [] => triangles.is_empty(),
             [a, b] => !is_straight([a, b]),
             _ => true,
         });
         features.is_corner = is_corner.collect();
-        let patches = surface.patches.iter().map(|patch| {
-            let edges = patch.edges.iter();
-            let ends = edges.map(|edge| edge.map(|place| patch.vertices[place as usize]));
-            ends.map(|edge| features.is_sharp_edge(edge, at)).collect()
-        });
-        features.is_sharp = patches.collect();
         features
+    }
+
+    /// Whether an edge is sharp.
+    pub fn is_sharp(&self, [a, b]: [u32; 2]) -> bool {
+        self.sharp.binary_search(&[a.min(b), a.max(b)]).is_ok()
     }
 
     /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
-        let sharp = self.is_sharp.iter().map(|edges| size_of_val(&edges[..]));
         size_of_val(&self.is_corner[..])
-            + sharp.sum::<usize>()
+            + size_of_val(&self.sharp[..])
             + size_of_val(&self.first[..])
             + size_of_val(&self.around[..])
     }
@@ -128,8 +127,7 @@ impl Features {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use glam::Vec3;
+    use super::{super::Surface, *};
 
     /// A cube whose upper face has a vertex in its middle, and one in the middle of a side.
     fn cube() -> Surface {
@@ -165,8 +163,11 @@ mod tests {
         for (vertex, is_corner) in features.is_corner.iter().enumerate() {
             assert_eq!(*is_corner, vertex < 8, "vertex {vertex}");
         }
-        let count = features.is_sharp.iter().flatten().filter(|it| **it).count();
-        assert_eq!(count, 13, "twelve edges, one of them in two parts");
+        assert_eq!(
+            features.sharp.len(),
+            13,
+            "twelve edges, one of them in two parts"
+        );
     }
 
     #[test]

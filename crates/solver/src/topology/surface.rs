@@ -113,7 +113,9 @@ impl Surface {
 
     /// Where it can touch others first, if it is rigid.
     pub(crate) fn features(&self) -> &Features {
-        self.features.0.get_or_init(|| Features::of(self))
+        self.features
+            .0
+            .get_or_init(|| Features::of(&self.rest, &self.edges, &self.triangles))
     }
 
     /// Whether every edge has two triangles.
