@@ -67,7 +67,7 @@ fn distortion(body: &Body) -> f64 {
     measure::shape_error(&body.topology, &body.particles.positions)
 }
 
-/// Ten crates that do not sleep. Sweeps over the contacts end when they move no point by more than 1e-4 of what
+/// Ten crates that do not sleep. Passes over the contacts end when they move no point by more than 1e-4 of what
 /// the largest force moves its own: the lowest contact carries ten crates, 10mgh²/4 at each corner with an inverse
 /// mass of at most 4/m, which is 10gh². What is left is some ten times the last change, 1e-2 gh² per substep in each
 /// contact, so that the top creeps at most with ten times 1e-2 gh, in ten seconds 8 mm at 20 substeps.

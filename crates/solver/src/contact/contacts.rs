@@ -318,8 +318,7 @@ impl Member {
             start,
             now: start,
             motion: end - start,
-            parts: [DVec3::ZERO; 2],
-            lift: DVec3::ZERO,
+            parts: [DVec3::ZERO; ContactPart::COUNT],
         }
     }
 

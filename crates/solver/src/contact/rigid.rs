@@ -14,6 +14,7 @@
 use super::{row::ContactPart, tangible::Tangible};
 use crate::fit::MassFit;
 use glam::{DMat3, DVec3};
+use std::ops::AddAssign;
 
 /// A rigid body in a substep.
 #[derive(Debug, Clone)]
@@ -26,20 +27,32 @@ pub(super) struct Rigid {
     inverse_inertia: DMat3,
     /// Center of mass at the start of the substep, or of a pass [m].
     center: DVec3,
-    /// Displacement [m] and rotation vector [rad] by the contacts of a pass.
-    shift: DVec3,
-    turn: DVec3,
-    /// The same by [`ContactPart`], in the whole substep, and what is no velocity.
-    parts: [(DVec3, DVec3); 2],
-    lifted: (DVec3, DVec3),
+    /// By the contacts of a pass.
+    pub motion: Motion,
+    /// By [`ContactPart`], in the whole substep.
+    parts: [Motion; ContactPart::COUNT],
 }
 
-/// Motion of a rigid body by the contacts of a pass.
-#[derive(Debug, Clone, Copy, Default)]
+/// Motion of a rigid body by contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Motion {
     /// Displacement [m] and rotation vector [rad].
     pub shift: DVec3,
     pub turn: DVec3,
+}
+
+impl Motion {
+    /// Displacement at an arm from the center of mass [m].
+    fn at(&self, arm: DVec3) -> DVec3 {
+        self.shift + self.turn.cross(arm)
+    }
+}
+
+impl AddAssign for Motion {
+    fn add_assign(&mut self, other: Self) {
+        self.shift += other.shift;
+        self.turn += other.turn;
+    }
 }
 
 impl Rigid {
@@ -50,10 +63,8 @@ impl Rigid {
             inverse_mass: 0.0,
             inverse_inertia: DMat3::ZERO,
             center: DVec3::ZERO,
-            shift: DVec3::ZERO,
-            turn: DVec3::ZERO,
-            parts: [(DVec3::ZERO, DVec3::ZERO); 2],
-            lifted: (DVec3::ZERO, DVec3::ZERO),
+            motion: Motion::default(),
+            parts: [Motion::default(); ContactPart::COUNT],
         }
     }
 
@@ -92,7 +103,7 @@ impl Rigid {
             let sum = particles(body, at).map(|(x, mass)| x * mass);
             self.center = sum.sum::<DVec3>() * self.inverse_mass;
         }
-        (self.shift, self.turn) = (DVec3::ZERO, DVec3::ZERO);
+        self.motion = Motion::default();
     }
 
     /// Whether contacts move it: not if it sleeps or a particle is pinned.
@@ -102,25 +113,12 @@ impl Rigid {
 
     /// Whether a pass has moved it.
     pub fn has_moved(&self) -> bool {
-        self.shift != DVec3::ZERO || self.turn != DVec3::ZERO
+        self.motion != Motion::default()
     }
 
     /// Displacement of the body at a point, which was at `x` when the pass began [m].
     pub fn displacement_at(&self, x: DVec3) -> DVec3 {
-        self.shift + self.turn.cross(x - self.center)
-    }
-
-    /// Its motion in the pass so far.
-    pub fn motion(&self) -> Motion {
-        Motion {
-            shift: self.shift,
-            turn: self.turn,
-        }
-    }
-
-    /// Sets its motion in the pass.
-    pub fn set_motion(&mut self, Motion { shift, turn }: Motion) {
-        (self.shift, self.turn) = (shift, turn);
+        self.motion.at(x - self.center)
     }
 
     /// 1/M [1/kg].
@@ -139,49 +137,46 @@ impl Rigid {
         self.inverse_mass + lever.dot(self.inverse_inertia * lever)
     }
 
+    /// Motion by an impulse [kg·m] at an arm from the center of mass.
+    fn moved_by(&self, impulse: DVec3, arm: DVec3) -> Motion {
+        Motion {
+            shift: impulse * self.inverse_mass,
+            turn: self.inverse_inertia * arm.cross(impulse),
+        }
+    }
+
     /// Applies an impulse [kg·m] at an arm from the center of mass.
     pub fn push(&mut self, impulse: DVec3, arm: DVec3) {
-        self.shift += impulse * self.inverse_mass;
-        self.turn += self.inverse_inertia * arm.cross(impulse);
+        self.motion += self.moved_by(impulse, arm);
     }
 
-    /// Adds the displacement by an impulse to a part of it.
+    /// Adds the motion by an impulse to a part of it.
     pub fn credit(&mut self, part: ContactPart, impulse: DVec3, arm: DVec3) {
-        let (shift, turn) = &mut self.parts[part as usize];
-        *shift += impulse * self.inverse_mass;
-        *turn += self.inverse_inertia * arm.cross(impulse);
+        self.parts[part as usize] += self.moved_by(impulse, arm);
     }
 
-    /// Notes that the displacement by an impulse is no velocity.
-    pub fn lift(&mut self, impulse: DVec3, arm: DVec3) {
-        let (shift, turn) = &mut self.lifted;
-        *shift += impulse * self.inverse_mass;
-        *turn += self.inverse_inertia * arm.cross(impulse);
-    }
-
-    /// Only a fraction of the displacement that is no velocity is performed. Returns its momentum, which is not
-    /// lost [kg·m].
+    /// Only a fraction of the motion that is no velocity is performed. Returns its momentum, which is not lost
+    /// [kg·m].
     pub fn cut_lift(&mut self, t: f64) -> DVec3 {
-        let (shift, turn) = &mut self.lifted;
-        let cut = *shift * (t - 1.0);
-        *shift *= t;
-        *turn *= t;
+        let lift = &mut self.parts[ContactPart::Lift as usize];
+        let cut = lift.shift * (t - 1.0);
+        lift.shift *= t;
+        lift.turn *= t;
         match self.inverse_mass > 0.0 {
             true => cut / self.inverse_mass,
             false => DVec3::ZERO,
         }
     }
 
-    /// Takes the displacement that is no velocity out of the velocities of its particles.
+    /// Takes the motion that is no velocity out of the velocities of its particles.
     pub fn drop_lift(&mut self, body: &mut impl Tangible) {
-        let (shift, turn) = std::mem::take(&mut self.lifted);
-        if (shift, turn) == (DVec3::ZERO, DVec3::ZERO) {
+        let lift = std::mem::take(&mut self.parts[ContactPart::Lift as usize]);
+        if lift == Motion::default() {
             return;
         }
         self.begin_pass(body, |i| body.start(i));
         for i in 0..body.topology().particles() {
-            let by = shift + turn.cross(body.start(i) - self.center);
-            body.accelerate(i, -by);
+            body.accelerate(i, -lift.at(body.start(i) - self.center));
         }
     }
 
@@ -196,12 +191,12 @@ impl Rigid {
             return;
         }
         // The rotation of the quaternion (1, turn/2), normalized: to second order that by `turn`.
-        let half = self.turn * 0.5;
+        let half = self.motion.turn * 0.5;
         let scale = 2.0 / (1.0 + half.length_squared());
         for i in 0..body.topology().particles() {
             let r = body.now(i) - self.center;
             let turned = half.cross(r + half.cross(r)) * scale;
-            body.shift(i, self.shift + turned);
+            body.shift(i, self.motion.shift + turned);
         }
         body.touch();
     }
@@ -212,8 +207,8 @@ impl Rigid {
         part: ContactPart,
         body: &'a T,
     ) -> impl Iterator<Item = (usize, usize, DVec3)> + use<'a, T> {
-        let (shift, turn) = self.parts[part as usize];
-        let displacement = move |x: DVec3| shift + turn.cross(x - self.center);
+        let motion = self.parts[part as usize];
+        let displacement = move |x: DVec3| motion.at(x - self.center);
         let each = 0..body.topology().particles();
         each.map(move |i| (self.body, i, displacement(body.now(i))))
     }

@@ -5,7 +5,7 @@ use super::{
     contacts::Contacts,
     manifold::Touch,
     rigid::{Rigid, restore_shape},
-    row::{ContactRow, NO_INDEX, Plane},
+    row::{ContactPart, ContactRow, NO_INDEX, Plane},
     tangible::Tangible,
 };
 use crate::{
@@ -14,6 +14,7 @@ use crate::{
     topology::features::Features,
 };
 use glam::DVec3;
+use std::mem::take;
 
 /// Reach of a contact with the ground or a collider beyond the predicted motion, as a fraction of
 /// the mean edge: the body may turn towards it within a substep.
@@ -75,10 +76,11 @@ impl Contacts {
             rigid.drop_lift(body);
         }
         for it in &mut self.active {
-            if it.lift != DVec3::ZERO
+            let lift = take(&mut it.parts[ContactPart::Lift as usize]);
+            if lift != DVec3::ZERO
                 && let Some(body) = bodies.get_mut(it.body as usize)
             {
-                body.accelerate(it.particle as usize, -std::mem::take(&mut it.lift));
+                body.accelerate(it.particle as usize, -lift);
             }
         }
     }

@@ -2,9 +2,9 @@
 //!
 //! A soft body gives way within itself, and one pass over its contacts in each iteration is enough. In a stack of
 //! rigid bodies each contact carries all that is above, and what a pass leaves over would be a velocity: the stack
-//! would creep, sway and fall. The rows of each island, bodies that contacts join, are swept in both directions
-//! until they hardly change, each sweep accelerated as a step of conjugate gradients. Within a tick, the first
-//! sweep of a substep begins with the multipliers of the one before.
+//! would creep, sway and fall. The rows of each island, bodies that contacts join, are projected in passes of both
+//! directions until they hardly change, each pass accelerated as a step of conjugate gradients. Within a tick, the
+//! first pass of a substep begins with the multipliers of the one before.
 //!
 //! After the iterations, surfaces that are too close are separated in the same way. This is no velocity: it is
 //! taken out of it at the end of the substep, so that a stack does not jump.
@@ -21,19 +21,19 @@ use super::{
 use crate::topology::union::root;
 use glam::DVec3;
 
-/// Largest number of sweeps over an island in a pass.
-const MOST_SWEEPS: usize = 64;
+/// Largest number of passes over an island after an iteration.
+const MOST_PASSES: usize = 64;
 
-/// A row holds when a sweep moves its points by less than this fraction of what the largest force of the island
+/// A row holds when a pass moves its points by less than this fraction of what the largest force of the island
 /// moves its own.
 const HOLDS: f64 = 1e-4;
 
 /// Multipliers along the normal and two directions perpendicular to it [kg·m].
 type Multipliers = [f64; 3];
 
-/// A row of a rigid body in a pass.
+/// A row of a rigid body while it is solved.
 #[derive(Debug, Clone, Copy)]
-struct Sweep {
+struct Solved {
     /// Kind of contact of its row, and its index.
     row: [u32; 2],
     /// The lowest index of the bodies of its island.
@@ -85,7 +85,7 @@ struct Moving<'a> {
 /// Buffers, reused, and the rows of the substep before.
 #[derive(Debug, Default)]
 pub(super) struct RigidRows {
-    sweeps: Vec<Sweep>,
+    solved: Vec<Solved>,
     /// Parents of bodies in islands.
     roots: Vec<u32>,
     motions: Vec<Motion>,
@@ -141,10 +141,10 @@ impl RigidRows {
             rigids: &mut self.motions,
             active,
         };
-        for sweeps in self.sweeps.chunk_by_mut(|a, b| a.island == b.island) {
-            iterate(sweeps, &mut moving, (&mut self.changes, &mut self.search));
+        for solved in self.solved.chunk_by_mut(|a, b| a.island == b.island) {
+            iterate(solved, &mut moving, (&mut self.changes, &mut self.search));
         }
-        for it in &self.sweeps {
+        for it in &self.solved {
             let row = it.row_of_mut(rows);
             let [along, t, s] = it.multipliers;
             let friction = it.impulse([0.0, t, s]);
@@ -153,7 +153,7 @@ impl RigidRows {
             (row.normal_multiplier, row.friction_multiplier) = (along, friction);
         }
         for (rigid, motion) in rigids.iter_mut().zip(&*moving.rigids) {
-            rigid.set_motion(*motion);
+            rigid.motion = *motion;
         }
     }
 
@@ -169,43 +169,44 @@ impl RigidRows {
             rigids: &mut self.motions,
             active,
         };
-        for sweeps in self.sweeps.chunk_by_mut(|a, b| a.island == b.island) {
-            for it in &mut *sweeps {
+        for solved in self.solved.chunk_by_mut(|a, b| a.island == b.island) {
+            for it in &mut *solved {
                 let row = it.row_of_mut(rows);
                 [it.held, ..] = it.multipliers;
                 it.multipliers = [0.0; 3];
                 it.errors[0] += row.distance - row.lifted;
                 it.friction = [0.0; 2];
             }
-            if sweeps.iter().any(|it| it.error(0, &moving) < 0.0) {
-                iterate(sweeps, &mut moving, (&mut self.changes, &mut self.search));
+            if solved.iter().any(|it| it.error(0, &moving) < 0.0) {
+                iterate(solved, &mut moving, (&mut self.changes, &mut self.search));
             }
         }
-        for it in &self.sweeps {
+        for it in &self.solved {
             if it.multipliers != [0.0; 3] {
                 let by = it.impulse(it.multipliers);
-                it.row_of_mut(rows).lift(by, moving.active, rigids);
+                let row = it.row_of_mut(rows);
+                row.credit(ContactPart::Lift, by, moving.active, rigids);
             }
         }
         for (rigid, motion) in rigids.iter_mut().zip(&*moving.rigids) {
-            rigid.set_motion(*motion);
+            rigid.motion = *motion;
         }
     }
 
     /// Collects the rows of rigid bodies by their islands.
     fn collect(&mut self, rows: &[Vec<ContactRow>; KINDS], active: &[Active], rigids: &[Rigid]) {
-        self.sweeps.clear();
+        self.solved.clear();
         for (kind, rows) in (0..).zip(rows) {
             for (number, row) in (0..).zip(rows) {
                 if row.is_rigid() {
-                    self.sweeps
-                        .push(Sweep::of([kind, number], row, active, rigids));
+                    self.solved
+                        .push(Solved::of([kind, number], row, active, rigids));
                 }
             }
         }
         self.find_islands(rows, active, rigids);
         self.motions.clear();
-        self.motions.extend(rigids.iter().map(Rigid::motion));
+        self.motions.extend(rigids.iter().map(|it| it.motion));
         self.motions.push(Motion::default());
     }
 
@@ -216,39 +217,39 @@ impl RigidRows {
         active: &[Active],
         rigids: &[Rigid],
     ) {
-        let Self { sweeps, roots, .. } = self;
+        let Self { solved, roots, .. } = self;
         let bodies = active.iter().filter(|it| it.body != NO_INDEX);
         let count = bodies.map(|it| it.body + 1).max().unwrap_or(0);
         roots.clear();
         roots.extend(0..count);
-        let movable = |sweep: &Sweep| {
-            let bodies = sweep.row_of(rows).bodies(active);
+        let movable = |one: &Solved| {
+            let bodies = one.row_of(rows).bodies(active);
             [0, 1].map(|side| {
-                let is_movable = match rigids.get(sweep.rigids[side] as usize) {
+                let is_movable = match rigids.get(one.rigids[side] as usize) {
                     Some(rigid) => rigid.is_movable(),
-                    None => bodies[side] != NO_INDEX && sweep.soft_count > 0,
+                    None => bodies[side] != NO_INDEX && one.soft_count > 0,
                 };
                 is_movable.then_some(bodies[side])
             })
         };
-        for sweep in &*sweeps {
-            if let [Some(a), Some(b)] = movable(sweep) {
+        for one in &*solved {
+            if let [Some(a), Some(b)] = movable(one) {
                 let [a, b] = [a, b].map(|it| root(roots, it));
                 roots[a.max(b) as usize] = a.min(b);
             }
         }
-        for sweep in &mut *sweeps {
-            let first = movable(sweep).into_iter().flatten().next();
-            sweep.island = first.map_or(NO_INDEX, |it| root(roots, it));
+        for one in &mut *solved {
+            let first = movable(one).into_iter().flatten().next();
+            one.island = first.map_or(NO_INDEX, |it| root(roots, it));
         }
-        sweeps.sort_unstable_by_key(|it| (it.island, it.row));
+        solved.sort_unstable_by_key(|it| (it.island, it.row));
     }
 
     /// Begins with the multipliers of the substep before, in its first pass.
     fn begin(&mut self, rows: &[Vec<ContactRow>; KINDS], active: &mut [Active]) {
         let kept = &mut self.kept;
-        for sweep in &mut self.sweeps {
-            let row = sweep.row_of(rows);
+        for one in &mut self.solved {
+            let row = one.row_of(rows);
             if row.is_soft() {
                 continue;
             }
@@ -266,13 +267,13 @@ impl RigidRows {
             });
             if let Some(nearest) = nearest {
                 let friction = nearest.friction * sign;
-                let [_, t, s] = sweep.directions;
+                let [_, t, s] = one.directions;
                 let by = [nearest.along, t.dot(friction), s.dot(friction)];
                 nearest.along = 0.0;
                 let rigids = &mut self.motions;
                 let mut moving = Moving { rigids, active };
-                if sweep.error(0, &moving).is_finite() {
-                    sweep.add(by, &mut moving);
+                if one.error(0, &moving).is_finite() {
+                    one.add(by, &mut moving);
                 }
             }
         }
@@ -288,26 +289,26 @@ fn sorted([a, b]: [u32; 2]) -> ([u32; 2], f64) {
     }
 }
 
-/// Sweeps over the rows of an island until they hold.
+/// Passes over the rows of an island until they hold.
 fn iterate(
-    sweeps: &mut [Sweep],
+    solved: &mut [Solved],
     moving: &mut Moving,
     (changes, search): (&mut Vec<Multipliers>, &mut Vec<Multipliers>),
 ) {
     search.clear();
-    search.resize(sweeps.len(), [0.0; 3]);
+    search.resize(solved.len(), [0.0; 3]);
     let mut square_before = f64::INFINITY;
-    for count in 1..=MOST_SWEEPS {
+    for count in 1..=MOST_PASSES {
         changes.clear();
-        changes.extend(sweeps.iter().map(|it| it.multipliers));
-        for it in sweeps.iter_mut().rev() {
+        changes.extend(solved.iter().map(|it| it.multipliers));
+        for it in solved.iter_mut().rev() {
             it.solve(moving);
         }
-        for it in &mut *sweeps {
+        for it in &mut *solved {
             it.solve(moving);
         }
         let (mut square, mut change, mut largest) = (0.0, 0.0_f64, 0.0_f64);
-        for (it, before) in sweeps.iter().zip(&mut *changes) {
+        for (it, before) in solved.iter().zip(&mut *changes) {
             let [n, t, s] = [0, 1, 2].map(|i| it.multipliers[i] - before[i]);
             *before = [n, t, s];
             let across = t * t + s * s;
@@ -318,13 +319,13 @@ fn iterate(
                 .max(across.sqrt() * perpendicular);
             largest = largest.max((it.multipliers[0] + it.held) * along);
         }
-        if change <= HOLDS * largest || count == MOST_SWEEPS {
+        if change <= HOLDS * largest || count == MOST_PASSES {
             return;
         }
         let part = square / square_before;
         let part = if part < 1.0 { part } else { 0.0 };
         square_before = square;
-        for ((it, search), by) in sweeps.iter_mut().zip(&mut *search).zip(&*changes) {
+        for ((it, search), by) in solved.iter_mut().zip(&mut *search).zip(&*changes) {
             let further = search.map(|it| it * part);
             if further != [0.0; 3] {
                 it.add(further, moving);
@@ -334,7 +335,7 @@ fn iterate(
     }
 }
 
-impl Sweep {
+impl Solved {
     fn of(number: [u32; 2], row: &ContactRow, active: &[Active], rigids: &[Rigid]) -> Self {
         let mut soft = [(NO_INDEX, 0.0); 4];
         let mut soft_count = 0;

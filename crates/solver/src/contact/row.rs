@@ -43,10 +43,15 @@ pub(crate) enum ContactPart {
     Friction,
     /// Separation of overlapping surfaces, limited by the recovery speed.
     Recovery,
+    /// Separation of rigid bodies, which is no velocity.
+    Lift,
 }
 
 impl ContactPart {
-    pub const ALL: [Self; 2] = [Self::Friction, Self::Recovery];
+    /// Those that are parts of the motion in a pass.
+    pub const OF_PASSES: [Self; 2] = [Self::Friction, Self::Recovery];
+    /// Number of parts.
+    pub const COUNT: usize = 3;
 }
 
 /// A particle of a row.
@@ -68,9 +73,7 @@ pub(super) struct Active {
     /// Displacement by its velocity in a substep [m].
     pub motion: DVec3,
     /// Displacement in the substep by [`ContactPart`] [m].
-    pub parts: [DVec3; 2],
-    /// Displacement that is not velocity [m].
-    pub lift: DVec3,
+    pub parts: [DVec3; ContactPart::COUNT],
 }
 
 impl Active {
@@ -429,16 +432,6 @@ impl ContactRow {
         for (rigid, sign, arm) in self.sides() {
             if let Some(rigid) = rigids.get_mut(rigid as usize) {
                 rigid.credit(part, impulse * sign, arm);
-            }
-        }
-    }
-
-    /// Notes that the displacement by an impulse is no velocity.
-    pub(super) fn lift(&self, impulse: DVec3, active: &mut [Active], rigids: &mut [Rigid]) {
-        self.push(impulse, active, &mut [], |it| &mut it.lift);
-        for (rigid, sign, arm) in self.sides() {
-            if let Some(rigid) = rigids.get_mut(rigid as usize) {
-                rigid.lift(impulse * sign, arm);
             }
         }
     }

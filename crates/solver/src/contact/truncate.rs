@@ -24,6 +24,7 @@ use super::{
     common::{CommonMotion, Group},
     contacts::{Contacts, Owner},
     detect::Batch,
+    row::ContactPart,
     tangible::Tangible,
 };
 use crate::{Threads, topology::union::root};
@@ -282,9 +283,9 @@ impl Contacts {
                     let relative = common.relative(self.starts[v], self.ends[v]);
                     let by = common.seen(relative * (t - 1.0));
                     if let Some(it) = self.active.get_mut(self.places[v] as usize) {
-                        // This is no velocity.
-                        *lost += it.lift * (t - 1.0) / self.inverse_masses[v];
-                        it.lift *= t;
+                        let lift = &mut it.parts[ContactPart::Lift as usize];
+                        *lost += *lift * (t - 1.0) / self.inverse_masses[v];
+                        *lift *= t;
                     }
                     let (body, particle) = (&mut bodies[body], particle as usize);
                     if body.is_repaired() {

@@ -356,7 +356,7 @@ impl EnergyTracker {
     pub(crate) fn credit_part(&mut self, part: ContactPart, particle: usize, way: DVec3) {
         let cause = match part {
             ContactPart::Friction => Cause::Friction,
-            ContactPart::Recovery => Cause::Recovery,
+            ContactPart::Recovery | ContactPart::Lift => Cause::Recovery,
         };
         self.causes[Cause::Contact as usize][particle] -= way;
         self.causes[cause as usize][particle] += way;

@@ -330,7 +330,7 @@ fn finish(
 ) {
     truncate(bodies, contacts, step, context);
     if bodies.iter().any(|it| it.tracker.is_some()) {
-        for part in ContactPart::ALL {
+        for part in ContactPart::OF_PASSES {
             let displacements: Vec<_> = contacts.part(part, bodies).collect();
             for (body, particle, displacement) in displacements {
                 if let Some(tracker) = &mut bodies[body].tracker {
