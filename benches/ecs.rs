@@ -76,7 +76,7 @@ fn main() -> anyhow::Result<()> {
 }
 
 /// What an app does to the cube, or to the cloth.
-const DEEDS: [(&str, fn(&mut App, [Entity; 2])); 8] = [
+const DEEDS: [(&str, fn(&mut App, [Entity; 2])); 13] = [
     ("the cloth and a cube", |_, _| ()),
     ("an external force on the cube", |app, [_, cube]| {
         let force = ExternalForce::on_whole(Vec3::Y);
@@ -105,7 +105,36 @@ const DEEDS: [(&str, fn(&mut App, [Entity; 2])); 8] = [
         let force = ExternalForce::on_whole(Vec3::Y);
         app.world_mut().entity_mut(cloth).insert(force);
     }),
+    ("a force at a point of the cloth", |app, [cloth, _]| {
+        let force = ExternalForce::at(middle(), Vec3::Y);
+        app.world_mut().entity_mut(cloth).insert(force);
+    }),
+    ("a pin of the cloth is moved", |app, [cloth, _]| {
+        let target = PinTargets::of(VertexIndex(0), Vec3::new(0.1, 1.0, 0.0));
+        app.world_mut().entity_mut(cloth).insert(target);
+    }),
+    ("the cloth is dragged at a point", |app, [cloth, _]| {
+        app.world_mut().entity_mut(cloth).insert(drag());
+    }),
+    ("the cloth is dragged at a patch", |app, [cloth, _]| {
+        app.world_mut()
+            .entity_mut(cloth)
+            .insert(drag().of_patch(0.13, 1.0));
+    }),
+    ("two grabs of the cloth", |app, [cloth, _]| {
+        let grabs = Grabs::new([drag(), drag()]);
+        app.world_mut().entity_mut(cloth).insert(grabs);
+    }),
 ];
+
+/// A grab in the middle of the cloth; a patch of 0.13 m is 5 % of it.
+fn drag() -> Grab {
+    Grab::on(middle(), Vec3::new(0.1, 0.3, 0.1), 1.0, 1.0, 9.81)
+}
+
+fn middle() -> SurfacePoint {
+    SurfacePoint::new(&[(ParticleIndex(2112), 1.0)]).expect("a point")
+}
 
 /// An effect of an app.
 #[derive(Component)]

@@ -109,21 +109,19 @@
 mod bend;
 mod collide;
 mod contact;
+mod controls;
 mod direct;
 mod elastic;
 mod emitter;
-mod external;
 mod force;
 mod force_mask;
 mod grab;
-mod grabs;
 mod grains;
 mod ground;
 mod isometric_bend;
 mod membrane;
 mod neo_hookean;
 pub(crate) mod own;
-mod pin_targets;
 mod plasticity;
 mod pressure;
 mod registry;
@@ -138,10 +136,7 @@ mod tethers;
 mod volume;
 mod weave;
 
-pub(crate) use external::follow_points;
-pub use grabs::Grabs;
 pub use own::{OwnEffect, OwnEffectError, OwnEffects};
-pub use pin_targets::PinTargets;
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, EffectUnfit, Figures, Parameter,
     ParameterInfo, Scale, needs_plugin,
@@ -168,7 +163,7 @@ macro_rules! plugins {
         }
     };
     ($($effect:ident,)*) => {
-        pub use crate::solver::{ExternalForce, ExternalImpulse, $($effect,)*};
+        pub use crate::solver::{ExternalForce, ExternalImpulse, Grabs, PinTargets, $($effect,)*};
 
         impl EffectPlugins {
             /// Names of all effects.

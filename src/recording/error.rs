@@ -222,3 +222,8 @@ pub enum LineError {
     #[error(transparent)]
     Action(#[from] ActionError),
 }
+
+/// What is in a snapshot does not make sense.
+pub(super) fn nonsense(what: String) -> SnapshotError {
+    SnapshotError::Content(what)
+}

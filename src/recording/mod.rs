@@ -22,9 +22,11 @@
 //! Bodies are identified by their [`SpawnOrder`](crate::simulation::SpawnOrder). Opening another
 //! scene writes another `Scene`, restarting a scene writes a `Restart`; ticks then count from the
 //! start of that scene. Undo, redo and the timeline write a `State`, which replaces the state and holds it whole. A tick that a window ended early, to carry out an action in time, writes an
-//! `Early` with its number of substeps. Adding a body writes an `Add` with its mesh. Each line is written at once,
+//! `Early` with its number of substeps. What an app does to a body by components is written before a tick in which
+//! it has changed, as the action `Control`. Adding a body writes an `Add` with its mesh. Each line is written at once,
 //! so that a crash loses no earlier line.
 
+mod controls;
 mod error;
 mod line;
 mod recorder;

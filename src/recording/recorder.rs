@@ -2,6 +2,7 @@
 
 use super::{
     About, HASH_EVERY, RecordingError, Snapshot,
+    controls::{Known, know_controls, note_controls},
     line::{self, Head, Line},
 };
 use crate::scene::{BuiltScene, run::headless};
@@ -22,7 +23,7 @@ pub struct Recorder {
     file: File,
     path: PathBuf,
     /// Whether a scene has been opened.
-    begun: bool,
+    pub(super) begun: bool,
     /// Tick of the last hash.
     hashed: Option<u64>,
     /// Whether the state was replaced since the last line. The next event writes it, so that
@@ -30,6 +31,8 @@ pub struct Recorder {
     replaced: bool,
     /// Error that stopped the recording.
     failure: Option<String>,
+    /// What an app does to bodies, as written.
+    pub(super) controls: Known,
     /// The scene, if the state of its line is not the one that a restart returns to.
     midway: Option<About>,
 }
@@ -51,6 +54,7 @@ impl Recorder {
             hashed: None,
             replaced: false,
             failure: None,
+            controls: Known::default(),
             midway: None,
         };
         recorder.write(&Head::new());
@@ -83,8 +87,17 @@ impl Recorder {
                     .before(StepSystems::Wake)
                     .run_if(is_replaced)
                     .run_if(between_ticks),
-                note_hash
+                note_controls
+                    .after(Self::write_replaced)
+                    .before(StepSystems::Wake)
+                    .run_if(resource_exists::<Self>)
+                    .run_if(between_ticks),
+                know_controls
                     .after(StepSystems::End)
+                    .run_if(resource_exists::<Self>)
+                    .run_if(between_ticks),
+                note_hash
+                    .after(know_controls)
                     .run_if(resource_exists::<Self>)
                     .run_if(between_ticks),
             ),
@@ -139,7 +152,9 @@ impl Recorder {
             name,
             state: line::state(&snapshot),
         });
+        let controls = Known::of(world);
         let mut recorder = world.resource_mut::<Self>();
+        recorder.controls = controls;
         match line {
             Ok(line) => {
                 recorder.begun = true;
@@ -161,9 +176,11 @@ impl Recorder {
             return;
         }
         let tick = world.resource::<SimulationClock>().tick();
+        let controls = Known::of(world);
         if let Some(mut recorder) = world.get_resource_mut::<Self>() {
             recorder.hashed = None;
             recorder.replaced = false;
+            recorder.controls = controls;
             recorder.write(&Line::Restart { tick });
         }
     }
@@ -200,8 +217,10 @@ impl Recorder {
             tick: snapshot.built.world.tick,
             state: line::state(&snapshot),
         });
+        let controls = Known::of(world);
         let mut recorder = world.resource_mut::<Self>();
         recorder.replaced = false;
+        recorder.controls = controls;
         match line {
             Ok(line) if recorder.begun => recorder.write(&line),
             Ok(_) => {}
@@ -247,7 +266,7 @@ impl Recorder {
 
     /// Writes a line at once. After the first failure nothing more is written, as a recording with
     /// a gap would not replay.
-    fn write(&mut self, line: &impl serde::Serialize) {
+    pub(super) fn write(&mut self, line: &impl serde::Serialize) {
         if self.failure.is_some() {
             return;
         }

@@ -5,11 +5,12 @@
 //! [postcard](https://postcard.jamesmunns.com). Of a mesh, it contains the rest shape and the
 //! numbering of the particles; everything else is recomputed. Effects of an app follow at the end, if
 //! there are any: of each body that carries one, its index, name and parameters as text, so that an
-//! app may add parameters with defaults and still reads older files.
+//! app may add parameters with defaults and still reads older files; then, of each body to which the app
+//! does something, its index and what that is.
 
 use super::{
     SnapshotError,
-    stored::{Stored, StoredOwn, own_effects},
+    stored::{Stored, StoredOwn, own_effects, set_controls, stored_controls},
 };
 use crate::{
     effect::{EffectRegistry, OwnEffects},
@@ -22,6 +23,7 @@ use crate::{
     solver::{self, measure::fnv1a},
 };
 use bevy::prelude::World;
+use serde::de::DeserializeOwned;
 use std::{
     fs::File,
     io::{self, Read},
@@ -194,8 +196,12 @@ impl Snapshot {
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut content = postcard::to_stdvec(&Stored::of(self)).unwrap_or_default();
         let own = StoredOwn::all(&self.built);
-        if !own.is_empty() {
+        let controls = stored_controls(&self.built.world.bodies);
+        if !own.is_empty() || !controls.is_empty() {
             content.extend(postcard::to_stdvec(&own).unwrap_or_default());
+        }
+        if !controls.is_empty() {
+            content.extend(postcard::to_stdvec(&controls).unwrap_or_default());
         }
         let mut bytes = Vec::with_capacity(HEAD + content.len());
         bytes.extend(MAGIC);
@@ -236,12 +242,25 @@ impl Snapshot {
                 found,
             });
         }
-        let (stored, rest) = postcard::take_from_bytes::<Stored>(content)
-            .map_err(|error| SnapshotError::Encoding(error.to_string()))?;
+        let (stored, mut rest) = next::<Stored>(content)?;
         let mut snapshot = stored.into_snapshot()?;
         snapshot.built.own_effects = own.clone();
+        let bodies = &mut snapshot.built.world.bodies;
         if !rest.is_empty() {
-            snapshot.built.own = StoredOwn::read_all(rest, &snapshot.built.world.bodies, own)?;
+            let stored;
+            (stored, rest) = next(rest)?;
+            snapshot.built.own = StoredOwn::read_all(stored, bodies, own)?;
+        }
+        if !rest.is_empty() {
+            let stored;
+            (stored, rest) = next(rest)?;
+            set_controls(stored, bodies)?;
+        }
+        if !rest.is_empty() {
+            let rest = rest.len();
+            return Err(SnapshotError::Encoding(format!(
+                "{rest} unexpected bytes at the end"
+            )));
         }
         Ok(snapshot)
     }
@@ -285,6 +304,11 @@ impl Snapshot {
             },
         })
     }
+}
+
+/// Decodes the next part of the content; returns the rest.
+fn next<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), SnapshotError> {
+    postcard::take_from_bytes(bytes).map_err(|error| SnapshotError::Encoding(error.to_string()))
 }
 
 /// The header of a file.

@@ -3,9 +3,13 @@
 //! Meshes and embedded surfaces that bodies share are stored once.
 
 mod body;
+mod controls;
 mod own;
 
-use super::{About, Snapshot, SnapshotError};
+use super::{
+    About, Snapshot,
+    error::{SnapshotError, nonsense},
+};
 use crate::{
     effect::OwnEffects,
     mesh::Skin,
@@ -19,6 +23,7 @@ use crate::{
     },
 };
 use body::StoredBody;
+pub use controls::{set_controls, stored_controls};
 pub use own::{StoredOwn, own_effects};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -295,10 +300,6 @@ impl StoredCollider {
             opacity: look.opacity,
         }
     }
-}
-
-fn nonsense(what: String) -> SnapshotError {
-    SnapshotError::Content(what)
 }
 
 /// Checks that stitches to other bodies lead to particles that exist.

@@ -15,7 +15,7 @@ use crate::{
     effect::OwnEffect,
     mesh::Skin,
     solver::{
-        Body, ColliderShape, Cut, Density, GroupName, InvalidValue, ParticleIndex, Pose,
+        Body, ColliderShape, Controls, Cut, Density, GroupName, InvalidValue, ParticleIndex, Pose,
         SurfacePoint, VertexIndex, deform::Deformation,
     },
     suggestion::similar,
@@ -165,6 +165,14 @@ pub enum Action<B = Entity> {
         /// The vertex of its rest shape.
         vertex: VertexIndex,
     },
+    /// Sets what an app does to a body, instead of what it did: its force, impulse, targets of pins and
+    /// grabs. Recordings write it where the components have changed.
+    Control {
+        /// The body.
+        body: B,
+        /// All that the app does to it.
+        controls: Box<Controls>,
+    },
     /// Cuts a body where a wedge crosses it; one that misses it changes nothing.
     Cut {
         /// The body.
@@ -258,6 +266,7 @@ impl<B> Action<B> {
             | Self::SetDensity { body, .. }
             | Self::Pin { body, .. }
             | Self::Unpin { body, .. }
+            | Self::Control { body, .. }
             | Self::Cut { body, .. }
             | Self::Deform { body, .. }
             | Self::ResetShape { body }
@@ -360,6 +369,10 @@ impl<B> Action<B> {
                 body: name(body)?,
                 vertex,
             },
+            Self::Control { body, controls } => Action::Control {
+                body: name(body)?,
+                controls,
+            },
             Self::Cut { body, cut } => Action::Cut {
                 body: name(body)?,
                 cut,
@@ -392,6 +405,11 @@ pub enum ActionError {
     /// The vertex is not pinned.
     #[error("vertex {0} is not pinned: pin it before it is dragged as a pin")]
     NotPinned(VertexIndex),
+    /// A point or a vertex is not one of the body, or a force is not finite.
+    #[error(
+        "the controls are not those of the body: expected its points and vertices, and finite forces"
+    )]
+    Controls,
     /// A cut is not finite, or its rays are parallel.
     #[error("the cut has no area: expected two finite rays that are not parallel")]
     Cut,

@@ -4,7 +4,7 @@ use super::{
     AddedMass, Asleep, BodyDensity, JustRestored, Pins, RestTimer, SimulationSettings, SoftBody,
     body::shown_name,
 };
-use crate::solver::{Collider, Particles, masses::set_inverse_masses};
+use crate::solver::{Collider, Particles, PinTargets, masses::set_inverse_masses};
 use bevy::prelude::*;
 
 /// Updates inverse masses after changes of density, added masses or pins.
@@ -27,6 +27,22 @@ pub(super) fn check_colliders(
         if let Err(error) = collider.check() {
             let name = shown_name(entity, name);
             log::error!("bodies may pass through collider {name}: its {error}");
+        }
+    }
+}
+
+/// Reports targets of pins that are not finite, once.
+pub(super) fn check_targets(
+    bodies: Query<(Entity, Option<&Name>, &PinTargets), Changed<PinTargets>>,
+    mut has_said: Local<bool>,
+) {
+    for (entity, name, targets) in &bodies {
+        if let Some((vertex, target)) = targets.first_not_finite().filter(|_| !*has_said) {
+            let name = shown_name(entity, name);
+            log::error!(
+                "the target of vertex {vertex} of body {name} is {target} m, but must be finite"
+            );
+            *has_said = true;
         }
     }
 }

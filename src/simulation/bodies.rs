@@ -8,19 +8,16 @@ use super::{
     Pins, Profile, Quarantined, RecordContacts, RestTimer, SoftBody, SolverThreads, SpawnOrder,
     TickStart, carried::Carried, profile::StageWatch,
 };
-use crate::{
-    effect::Grabs,
-    solver::{
-        Body, Cut, Density, EffectStates, ExternalForce, Grab, Particles, Quarantine, RestShape,
-        Stitches, Substep, Topology,
-        advance::{Stage, StepContext, Watch},
-        ledger::Ledger,
-        rest::SleepSettings,
-        tick::{self, Member, Tick, TickReport, TornBody, Work},
-    },
+use crate::solver::{
+    Body, Controls, Cut, Density, EffectStates, ExternalForce, ExternalImpulse, Grab, Grabs,
+    Particles, PinTargets, Quarantine, RestShape, Stitches, Substep, Topology,
+    advance::{Stage, StepContext, Watch},
+    ledger::Ledger,
+    rest::SleepSettings,
+    tick::{self, Member, Tick, TickReport, TornBody, Work},
 };
 use bevy::{
-    ecs::{entity::EntityHashSet, query::QueryData, system::SystemParam},
+    ecs::{component::Mutable, entity::EntityHashSet, query::QueryData, system::SystemParam},
     prelude::*,
 };
 use std::{
@@ -41,6 +38,9 @@ struct Parts {
     stitches: Option<&'static mut Stitches>,
     direct: Option<&'static mut BodyDirectWorkspace>,
     force: Option<&'static mut ExternalForce>,
+    impulse: Option<&'static mut ExternalImpulse>,
+    targets: Option<&'static mut PinTargets>,
+    grabs: Option<&'static mut Grabs>,
     density: &'static BodyDensity,
     added: &'static mut AddedMass,
     pins: &'static mut Pins,
@@ -48,7 +48,6 @@ struct Parts {
     sleep: Option<&'static BodySleep>,
     is_asleep: Has<Asleep>,
     quarantine: Option<&'static Quarantined>,
-    is_grabbed: Has<Grabs>,
     carried: Carried,
 }
 
@@ -79,15 +78,21 @@ impl PartsItem<'_, '_> {
         if let Some(direct) = &mut self.direct {
             swap(&mut direct.bypass_change_detection().0, &mut body.direct);
         }
-        if let Some(force) = &mut self.force {
-            let other = body.force.take().unwrap_or_default();
-            body.force = Some(replace(force.bypass_change_detection(), other));
-        }
+        let Controls {
+            force,
+            impulse,
+            targets,
+            grabs,
+        } = &mut body.controls;
+        exchange(&mut self.force, force);
+        exchange(&mut self.impulse, impulse);
+        exchange(&mut self.targets, targets);
+        exchange(&mut self.grabs, grabs);
     }
 
     /// Lends everything to an empty body.
     fn lend(&mut self, body: &mut Body) {
-        body.force = None;
+        body.controls = Controls::default();
         self.exchange(body);
         body.effects = self.carried.effects();
         body.density = self.density.0;
@@ -95,17 +100,29 @@ impl PartsItem<'_, '_> {
         body.sleep = self.sleep.map(|it| it.0);
         body.asleep = self.is_asleep;
         body.quarantine = self.quarantine.map(|it| it.0.clone());
-        body.is_held = self.is_grabbed;
     }
 
-    /// Takes everything back.
-    fn take_back(&mut self, body: &mut Body) {
+    /// Takes everything back. Returns whether the tick has applied an impulse.
+    fn take_back(&mut self, body: &mut Body) -> bool {
+        let is_struck = self.impulse.is_some() && body.controls.impulse.is_none();
         self.exchange(body);
         self.rest.bypass_change_detection().0 = body.rest;
         if body.is_active() {
             self.particles.set_changed();
             self.states.set_changed();
         }
+        is_struck
+    }
+}
+
+/// Exchanges a component with a part of a body. It does not count as a change, which would wake the body.
+fn exchange<C: Component<Mutability = Mutable> + Default>(
+    own: &mut Option<Mut<C>>,
+    other: &mut Option<C>,
+) {
+    if let Some(own) = own {
+        let lent = other.take().unwrap_or_default();
+        *other = Some(replace(own.bypass_change_detection(), lent));
     }
 }
 
@@ -172,14 +189,15 @@ impl Staged {
     }
 }
 
-/// A body that the solver has woken, put to sleep or into quarantine, or of which it has moved the grab: as it
-/// is now.
+/// A body that the solver has woken, put to sleep or into quarantine, to which it has applied an impulse, or of
+/// which it has moved the grab: as it is now.
 #[derive(Debug)]
 pub(super) struct Turned {
     pub body: Entity,
     pub is_asleep: bool,
     pub quarantine: Option<Quarantine>,
     pub grab: Option<Grab>,
+    pub is_struck: bool,
 }
 
 /// What the solver needs beside the bodies.
@@ -262,9 +280,10 @@ impl Bodies<'_, '_> {
             let Ok(mut parts) = self.bodies.get_mut(entity) else {
                 continue;
             };
-            parts.take_back(body);
+            let is_struck = parts.take_back(body);
             let grab = body.effects.grab;
-            let is_turned = parts.is_asleep != body.asleep
+            let is_turned = is_struck
+                || parts.is_asleep != body.asleep
                 || parts.quarantine.is_some() != body.quarantine.is_some()
                 || parts.carried.grab.copied() != grab;
             if is_turned {
@@ -273,6 +292,7 @@ impl Bodies<'_, '_> {
                     is_asleep: body.asleep,
                     quarantine: body.quarantine.take(),
                     grab,
+                    is_struck,
                 });
             }
         }

@@ -1,6 +1,6 @@
-//! The effects of an entity, in the solver's types.
+//! The effects of an entity, and what an app does to it, in the solver's types.
 
-use crate::solver::{self, Effects};
+use crate::solver::{self, Controls, Effects, ExternalForce, ExternalImpulse, Grabs, PinTargets};
 use bevy::{ecs::query::QueryData, prelude::*};
 
 /// Queries the components of all built-in effects together.
@@ -66,3 +66,37 @@ macro_rules! carried {
 }
 
 solver::effects!(carried);
+
+/// What an app does to an entity.
+#[must_use]
+pub fn controls(entity: EntityRef) -> Controls {
+    Controls {
+        force: entity.get::<ExternalForce>().cloned(),
+        impulse: entity.get::<ExternalImpulse>().cloned(),
+        targets: entity.get::<PinTargets>().cloned(),
+        grabs: entity.get::<Grabs>().cloned(),
+    }
+}
+
+/// Lets an app do this to an entity, and nothing else.
+pub(super) fn set_controls(entity: &mut EntityWorldMut, controls: &Controls) {
+    let Controls {
+        force,
+        impulse,
+        targets,
+        grabs,
+    } = controls.clone();
+    set(entity, force);
+    set(entity, impulse);
+    set(entity, targets);
+    set(entity, grabs);
+}
+
+/// Inserts a component, or removes it.
+pub(super) fn set<C: Component>(entity: &mut EntityWorldMut, component: Option<C>) {
+    match component {
+        Some(component) => drop(entity.insert(component)),
+        None if entity.contains::<C>() => drop(entity.remove::<C>()),
+        None => {}
+    }
+}

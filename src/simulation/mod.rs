@@ -62,7 +62,7 @@ pub(crate) use body::shown_name;
 pub(crate) use step::tick_of;
 
 use crate::{
-    effect::{Effect, StickyGround},
+    effect::{Effect, Grab, Rod, StickyGround},
     solver::Settings,
 };
 use bevy::{
@@ -186,6 +186,7 @@ impl Plugin for SimulationPlugin {
                 (
                     begin::update_masses,
                     begin::check_colliders,
+                    begin::check_targets,
                     wake_changed::<
                         Or<(
                             Changed<BodyDensity>,
@@ -202,7 +203,6 @@ impl Plugin for SimulationPlugin {
                     .in_set(StepSystems::Begin),
                 step::run_substeps.in_set(StepSystems::Substeps),
                 (
-                    step::settle_grabs,
                     step::end_bodies,
                     touch::report,
                     surface::report,
@@ -243,13 +243,12 @@ impl Plugin for SimulationPlugin {
                 .after(step::presolve)
                 .before(EffectSystems(StickyGround::NAME)),
         );
-        // With the masses of this tick; what is not finite is found after it.
         app.configure_sets(
-            StepSchedule,
-            plan::ExternalImpulses
-                .in_set(StepSystems::Begin)
-                .after(begin::update_masses)
-                .before(begin::check_colliders),
+            SolveSchedule,
+            plan::SeveralGrabs
+                .in_set(SolvePhase::Grab)
+                .before(EffectSystems(Grab::NAME))
+                .before(EffectSystems(Rod::NAME)),
         );
         app.add_systems(
             SubstepSchedule,

@@ -9,7 +9,7 @@ use super::{
     Pins, Quarantined, RestTimer, SceneEntity, SimulationClock, SimulationSettings, SoftBody,
     SpawnOrder, TickStart,
     body::NextPlace,
-    carried,
+    carried::{self, set},
     plain::{bodies_in_order, colliders_in_order},
     step::{BodySleep, Sleep},
 };
@@ -17,8 +17,9 @@ use crate::{
     effect::{EffectRegistry, OwnEffect, OwnEffects},
     mesh::Skin,
     solver::{
-        self, Collider, Density, EffectStates, Effects, Mass, Particles, Quarantine, Settings,
-        Stitches, Topology, VertexIndex, memory, rest::SleepSettings, topology::RestValues,
+        self, Collider, Controls, Density, EffectStates, Effects, Mass, Particles, Quarantine,
+        Settings, Stitches, Topology, VertexIndex, memory, rest::SleepSettings,
+        topology::RestValues,
     },
 };
 use bevy::prelude::*;
@@ -51,6 +52,7 @@ struct BodyMoment {
     added_mass: Vec<(VertexIndex, Mass)>,
     pins: Vec<VertexIndex>,
     effects: Effects,
+    controls: Controls,
     /// Effects of an app.
     own: Vec<OwnEffect>,
     stitches: Stitches,
@@ -211,6 +213,7 @@ impl BodyMoment {
             added_mass: entity.get::<AddedMass>()?.0.clone(),
             pins: entity.get::<Pins>()?.0.clone(),
             effects: carried::effects(entity),
+            controls: carried::controls(entity),
             own,
             stitches: entity.get::<Stitches>().cloned().unwrap_or_default(),
             particles: entity.get::<Particles>()?.clone(),
@@ -247,6 +250,7 @@ impl BodyMoment {
             && entity.get() == self.sleep.as_ref()
             && entity.get::<Stitches>().cloned().unwrap_or_default() == self.stitches
             && carried::effects(entity) == self.effects
+            && carried::controls(entity) == self.controls
             && entity.contains::<Asleep>() == self.asleep
             && entity.get().map(|it: &Quarantined| &it.0) == self.quarantine.as_ref()
     }
@@ -285,6 +289,7 @@ impl BodyMoment {
             entity.insert((self.particles.clone(), SoftBody(Arc::clone(&topology))));
         }
         carried::set_effects(&mut entity, &self.effects);
+        carried::set_controls(&mut entity, &self.controls);
         own.set(&mut entity, &self.own);
         if entity.contains::<BodyDirectWorkspace>() {
             entity.insert(BodyDirectWorkspace::default());
@@ -332,12 +337,4 @@ impl BodyMoment {
         let own: usize = self.own.iter().map(|effect| effect.text().len()).sum();
         size_of::<Self>() + own + now + past + turning + rest + self.start.len() * ELEMENT
     }
-}
-
-/// Inserts a component, or removes it.
-fn set<C: Component>(entity: &mut EntityWorldMut, component: Option<C>) {
-    match component {
-        Some(component) => entity.insert(component),
-        None => entity.remove::<C>(),
-    };
 }

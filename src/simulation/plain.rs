@@ -3,12 +3,15 @@
 //! The plain world is the bit-exact reference for the ECS, and a copy for continuing a state
 //! elsewhere.
 
-pub use super::carried::{CARRIED, effects};
+pub use super::carried::{CARRIED, controls, effects};
 
 use super::{
     AddedMass, Asleep, BodyDensity, BodySleep, JustRestored, Pins, Quarantined, RestTimer,
     SimulationClock, SimulationSettings, SoftBody, SolverThreads, SpawnOrder, SpawnOrders,
-    TickStart, body::NextPlace, carried::insert_effects, step::Sleep,
+    TickStart,
+    body::NextPlace,
+    carried::{insert_effects, set_controls},
+    step::Sleep,
 };
 use crate::solver::{self, Body, Collider, EffectStates, Particles, Stitches};
 use bevy::prelude::*;
@@ -25,6 +28,7 @@ pub fn body(entity: EntityRef) -> Option<Body> {
         added_mass: entity.get::<AddedMass>()?.0.clone(),
         pins: entity.get::<Pins>()?.0.clone(),
         effects: effects(entity),
+        controls: controls(entity),
         stitches: entity.get::<Stitches>().cloned().unwrap_or_default(),
         rest: entity.get::<RestTimer>()?.0,
         sleep: entity.get::<BodySleep>().map(|it| it.0),
@@ -177,6 +181,7 @@ pub fn spawn_body(world: &mut World, body: &Body) -> Entity {
         SoftBody(Arc::clone(&body.topology)),
     ));
     insert_effects(&mut entity, &body.effects);
+    set_controls(&mut entity, &body.controls);
     insert(
         &mut entity,
         (!body.stitches.is_empty()).then(|| body.stitches.clone()),

@@ -77,9 +77,9 @@ pub(crate) struct ExternalForces;
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct PinMotion;
 
-/// Systems of [`ExternalImpulse`](crate::effect::ExternalImpulse).
+/// Systems of [`Grabs`](crate::effect::Grabs).
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) struct ExternalImpulses;
+pub(crate) struct SeveralGrabs;
 
 fn after_presolve<M>(
     system: impl IntoScheduleConfigs<ScheduleSystem, M>,
@@ -109,6 +109,8 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
             let system = system.in_set(SolverSystems::Presolve).before(presolve);
             schedules.add_systems(SubstepSchedule, system.in_set(BuiltinForces))
         }
+        Stage::Pins => schedules.add_systems(SubstepSchedule, system.in_set(PinMotion)),
+        Stage::Grabs => schedules.add_systems(SolveSchedule, system.in_set(SeveralGrabs)),
         Stage::Presolve => schedules.add_systems(SubstepSchedule, after_presolve(system)),
         Stage::Elastic(_) | Stage::Direct => {
             schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Elastic))

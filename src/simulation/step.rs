@@ -11,9 +11,9 @@ use super::{
     surface, tear,
 };
 use crate::{
-    effect::{self, EffectRegistry, Grabs},
+    effect::{self, EffectRegistry},
     solver::{
-        Collider, Grab, Instructions, Particles, Settings, Substep, Threads,
+        Collider, ExternalImpulse, Grab, Instructions, Particles, Settings, Substep, Threads,
         advance::{Stage, StepContext},
         contact::{Swept, SweptCollider},
         rest::SleepSettings,
@@ -201,11 +201,6 @@ impl UnderWay {
     /// Whether the tick ends before its last substep.
     fn ends_early(&self) -> bool {
         self.substeps() < self.settings.substeps.get()
-    }
-
-    /// Computed fraction of the tick, from 0 to 1.
-    fn fraction(&self) -> f32 {
-        self.substeps() as f32 / self.settings.substeps.get() as f32
     }
 
     /// Simulated time of the tick [s].
@@ -424,6 +419,9 @@ pub(super) fn turn(world: &mut World, turned: Vec<Turned>) {
             // What was grabbed has disappeared.
             None => drop(body.remove::<Grab>()),
         }
+        if it.is_struck {
+            body.remove::<ExternalImpulse>();
+        }
         if let Some(quarantine) = it.quarantine
             && !body.contains::<Quarantined>()
         {
@@ -536,15 +534,6 @@ pub(super) fn postsolve(mut bodies: Bodies, mut commands: Commands) {
     let turned = bodies.stage(Stage::Postsolve);
     if !turned.is_empty() {
         commands.queue(move |world: &mut World| turn(world, turned));
-    }
-}
-
-/// Starts the next motion of each grab of an app where it is: at its target, unless the tick ended early.
-pub(super) fn settle_grabs(mut grabs: Query<&mut Grabs>, under_way: Res<UnderWay>) {
-    let tick = under_way.settings.tick_seconds() as f32;
-    let early = under_way.ends_early().then(|| under_way.fraction());
-    for mut grabs in &mut grabs {
-        grabs.bypass_change_detection().end_tick(early, tick);
     }
 }
 

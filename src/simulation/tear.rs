@@ -5,10 +5,9 @@ use super::{
     bodies::Bodies, body::KnownMesh, step,
 };
 use crate::{
-    effect::follow_points,
     mesh::Skin,
     solver::{
-        Cut, ParticleIndex, Particles, SurfacePoint, Topology, VertexIndex,
+        Cut, ParticleIndex, Particles, Topology, VertexIndex,
         tick::{TickReport, TornBody},
         topology::{Renewed, Torn},
     },
@@ -42,9 +41,7 @@ fn follow_torn(world: &mut World, it: &TornBody) {
         before,
         torn,
     } = it;
-    let body = follow_particles(world, *number, &torn.sources, |point| {
-        Some(torn.point(point))
-    });
+    let body = follow_particles(world, *number, &torn.sources);
     if let Some(mut skin) = world.get_mut::<BodySkin>(body) {
         let followed = follow_skin(&skin, before, torn);
         skin.0 = Arc::new(followed);
@@ -55,17 +52,12 @@ fn follow_torn(world: &mut World, it: &TornBody) {
 }
 
 fn follow_renewed(world: &mut World, number: u32, renewed: &Renewed) {
-    follow_particles(world, number, &renewed.kept, |point| renewed.point(point));
+    follow_particles(world, number, &renewed.kept);
 }
 
 /// Lets what is known of a body follow its new particles, each of which was one of `sources`, and says that
 /// it has changed.
-fn follow_particles(
-    world: &mut World,
-    number: u32,
-    sources: &[u32],
-    now: impl Fn(&SurfacePoint) -> Option<SurfacePoint>,
-) -> Entity {
+fn follow_particles(world: &mut World, number: u32, sources: &[u32]) -> Entity {
     let (_, entity) = world.resource::<BodyContacts>().bodies[number as usize];
     let mut body = world.entity_mut(entity);
     if let Some(mut past) = body.get_mut::<PastStarts>() {
@@ -81,7 +73,6 @@ fn follow_particles(
     if let Some(mut particles) = body.get_mut::<Particles>() {
         particles.set_changed();
     }
-    follow_points(&mut body, now);
     entity
 }
 

@@ -42,7 +42,7 @@ const LAYERS: [(&str, &str, &str); 4] = [
 /// The packages, fewer imports between their files than are found, and their circles: how many files
 /// import each other where these are more than three. This may only become shorter.
 const CIRCLES: [(&str, usize, &[usize]); 3] = [
-    ("src", 1500, &[24, 4]),
+    ("src", 1500, &[21]),
     ("crates/solver/src", 1000, &[]),
     ("crates/mesh/src", 80, &[]),
 ];

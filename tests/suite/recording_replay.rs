@@ -4,6 +4,7 @@ use crate::support_app::{push, set, ticks};
 use bevy::{prelude::*, time::TimeUpdateStrategy};
 use pliant::{
     SoftBodyPlugins,
+    effect::{ExternalForce, ExternalImpulse, Grabs},
     recording::{About, HASH_EVERY, Recorder, RecordingError, Replay, replay},
     scene::{self, BuiltScene, Scene, run::headless},
     simulation::{
@@ -12,7 +13,8 @@ use pliant::{
         state_hash, tick,
     },
     solver::{
-        Cut, ParticleIndex, Particles, SurfacePoint, Threads, VertexIndex, deform::Deformation,
+        Cut, Grab, ParticleIndex, Particles, SurfacePoint, Threads, VertexIndex,
+        deform::Deformation,
     },
 };
 use proptest::prelude::*;
@@ -57,6 +59,38 @@ fn about(name: &str) -> About {
         name: name.to_owned(),
         ..About::default()
     }
+}
+
+/// What an app does by components is recorded, as long as it does it.
+#[test]
+fn what_an_app_does_replays() {
+    let file = Temporary::new("controls");
+    let mut app = recording(&built("shapes"), &file.0);
+    let body = bodies(&mut app)[0];
+    let point = SurfacePoint::new(&[(ParticleIndex(2), 1.0)]).expect("a point");
+    for number in 0..40 {
+        let mut body = app.world_mut().entity_mut(body);
+        match number {
+            3 => drop(body.insert(ExternalForce::on_whole(Vec3::X * 20.0))),
+            8 => drop(body.insert(ExternalForce::at(point, Vec3::Y * 30.0))),
+            12 | 20 => drop(body.insert(ExternalImpulse::on_whole(Vec3::Y * 5.0))),
+            15 => drop(body.remove::<ExternalForce>()),
+            25 => drop(body.insert(Grabs::new([Grab::on(point, Vec3::Y * 2.0, 1.0, 1.0, 9.81)]))),
+            26.. => {
+                let mut grabs = body.get_mut::<Grabs>().expect("grabbed");
+                grabs
+                    .iter_mut()
+                    .for_each(|grab| grab.target += Vec3::X * 0.01);
+            }
+            _ => {}
+        }
+        ticks(&mut app, 1);
+    }
+    Recorder::end(app.world_mut());
+    let found = played(&file.0, 1).expect("it replays");
+    assert!(found.complete && found.difference.is_none(), "{found:?}");
+    // Two impulses, two forces and their end, and each motion of the grab.
+    assert_eq!(found.actions, 5 + 15);
 }
 
 /// An app that records, with a scene.

@@ -32,8 +32,8 @@ use pliant::{
         state_hash,
     },
     solver::{
-        ColliderShape, Cut, Density, GroupName, ParticleIndex, Pose, Quarantine, SurfacePoint,
-        Threads, Topology, VertexIndex, deform::Deformation,
+        ColliderShape, Controls, Cut, Density, ExternalForce, GroupName, ParticleIndex, Pose,
+        Quarantine, SurfacePoint, Threads, Topology, VertexIndex, deform::Deformation,
     },
 };
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc, time::Instant};
@@ -294,6 +294,13 @@ fn samples(app: &mut App) -> Vec<Action> {
             },
         },
         Action::SetForceGroup { body, group: GROUP },
+        Action::Control {
+            body,
+            controls: Box::new(Controls {
+                force: Some(ExternalForce::on_whole(Vec3::X * 10.0)),
+                ..Controls::default()
+            }),
+        },
     ]
 }
 
@@ -323,6 +330,7 @@ fn kind(action: &Action) -> usize {
         Action::RemoveCollider { .. } => 20,
         Action::Cut { .. } => 21,
         Action::SetForceGroup { .. } => 22,
+        Action::Control { .. } => 23,
     }
 }
 

@@ -1,20 +1,22 @@
 //! Forces and impulses that an app applies.
 
 use crate::{
-    support::{body, cube, pinned, settings, stretch, world},
-    support_app::{app_of, cubes},
+    support::{assert_follows, body, cube, pinned, settings, stretch, world},
+    support_app::{app_of, cubes, deterministic},
 };
 use bevy::prelude::*;
 use glam::DVec3;
 use pliant::{
     effect::{ExternalForce, ExternalImpulse, Grabs, PinTargets},
+    mesh,
     simulation::{
         Asleep, EnergyLedger, Sleep, SoftBody, SolvePhase, SolveSchedule, SolverThreads,
         state_hash, tick,
     },
     solver::{
-        Body, Coefficient, Compliance, Contact, Drag, Grab, Grains, Order, ParticleIndex,
-        Particles, RestShape, Sink, Stretch, SurfacePoint, Threads, VertexIndex, measure,
+        self, Body, Coefficient, Compliance, Contact, Controls, Drag, Grab, Grains, Order,
+        ParticleIndex, Particles, RestShape, Sink, Stretch, SurfacePoint, Threads, VertexIndex,
+        measure, reference,
     },
 };
 
@@ -328,6 +330,66 @@ fn a_target_wakes_a_body_that_sleeps() {
             .distance(goal)
             < 1e-7
     );
+}
+
+/// All that an app does, to a solid and to a cloth that is large enough to be in lanes and in partitions.
+fn controlled() -> solver::World {
+    let sheet = mesh::Primitive::Cloth {
+        size: Vec2::splat(2.0),
+        cells: UVec2::splat(40),
+        diagonals: Default::default(),
+        shear: true,
+    };
+    let sheet = sheet.build().expect("a sheet").shape;
+    let mut sheet = pinned(body("sheet", sheet, 0.2), &[0, 40]);
+    sheet.effects.stretch = stretch(1e-5);
+    sheet.translate(Vec3::Y * 2.0);
+    let mut solid = pinned(block(), &[0]);
+    solid.effects.drag = Some(Drag::default());
+    let mut start = world(settings(9.81, 60.0, 5, 2), solid);
+    start.bodies.push(sheet);
+    for body in &mut start.bodies {
+        let (a, b) = (body.topology.rest[4], body.topology.rest[9]);
+        body.controls = Controls {
+            force: Some(ExternalForce::on_whole(Vec3::X).and_at(point(5), Vec3::Z * 0.3)),
+            impulse: Some(
+                ExternalImpulse::on_whole(Vec3::Z * 0.2).and_at(point(7), Vec3::Y * 0.01),
+            ),
+            targets: Some(PinTargets::of(VertexIndex(0), Vec3::new(0.1, 0.2, 0.0))),
+            grabs: Some(Grabs::new([grab(a + Vec3::Y * 0.1, 4), grab(b, 9)])),
+        };
+    }
+    start
+}
+
+/// Threads, Bevy, stages, copies and snapshots, which contain it.
+#[test]
+fn what_an_app_does_has_the_same_bits_in_every_way_to_run_it() {
+    let (_, contacts) = deterministic(controlled(), 30);
+    assert_eq!(contacts, 0);
+}
+
+/// The plain f64 solver has the same forces, impulses, pins and grabs.
+#[test]
+fn the_reference_does_what_an_app_does() {
+    let mut fast = controlled();
+    let mut exact = reference::World::of(&fast);
+    for _ in 0..10 {
+        fast.tick();
+        exact.tick();
+        // Displacements of at most 16 mm have an error of 1e-9 m in each substep; these add up as velocities,
+        // to 50²/2 of it, before the sheet folds.
+        assert_follows(&exact, &fast, 1e-5);
+    }
+    // It is more than gravity does.
+    let mut free = controlled();
+    free.bodies
+        .iter_mut()
+        .for_each(|body| body.controls = Controls::default());
+    let mut free = reference::World::of(&free);
+    (0..10).for_each(|_| free.tick());
+    let off = |body: usize| free.bodies[body].x[20].distance(exact.bodies[body].x[20]);
+    assert!(off(0) > 0.01 && off(1) > 0.01, "{} {}", off(0), off(1));
 }
 
 fn grab(target: Vec3, particle: u32) -> Grab {

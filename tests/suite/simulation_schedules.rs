@@ -77,9 +77,6 @@ const BETWEEN_TICKS: [&str; 4] = ["tear", "emitter", "body_emitter", "sink"];
 /// Expected systems of a tick besides its own: each effect wakes sleeping bodies when it changes.
 fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
     let mut systems = present.to_vec();
-    // Pins that are not at their targets wake a body, beside the change of these.
-    let pins = PinTargets::NAME;
-    systems.extend(present.contains(&pins).then_some(pins));
     systems.sort_unstable();
     systems
 }
@@ -100,11 +97,10 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     if let (true, Some(last)) = (in_iteration.contains(&STITCHES), constraints) {
         in_iteration.insert(last + 1, "joints");
     }
-    // Several grabs act as systems of users do, before stitches between bodies and the pointer's grab.
+    // Several grabs act after stitches between bodies, before the pointer's grab.
     if let Some(place) = in_iteration.iter().position(|it| *it == Grabs::NAME) {
         in_iteration.remove(place);
         let later = [
-            "joints",
             "grab",
             "rod",
             "contact",

@@ -5,11 +5,10 @@ use crate::{
         G, body, body_of_masses, chain, cube, damping, edge_strains, elastic_on_ground, point,
         random_vector, run, settings, stretch, volume, with, world,
     },
-    support_app::{app_of, cubes, deterministic, ticks},
+    support_app::{app_by_stages, app_of, cubes, deterministic, ticks},
 };
 use glam::{DVec3, Vec3};
 use pliant::{
-    effect::PinTargets,
     scene::Scene,
     simulation::{
         Action, Actions, Asleep, BodyContacts, JustRestored, SoftBody, plain, state_hash,
@@ -571,14 +570,8 @@ fn a_body_that_is_stepped_by_itself_leaves_joined_and_touching_bodies_alone() {
     alone.translate(Vec3::X * 20.0);
     world.bodies.push(alone);
     let [mut whole, mut partly] = [false, true].map(|is_staged| {
-        let (mut app, bodies, _) = app_of(&world);
-        if is_staged {
-            let body = bodies[upper + 1];
-            app.world_mut()
-                .entity_mut(body)
-                .insert(PinTargets::default());
-        }
-        app
+        let chosen = |bodies: &[bevy::prelude::Entity]| is_staged.then_some(bodies[upper + 1]);
+        app_by_stages(&world, chosen).0
     });
     let mut touched = 0;
     for tick in 1..=60 {

@@ -13,9 +13,10 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Collide, Collider, ColliderShape, Effects, ElasticKind, Ground, Height, Instructions,
-        Particles, Path, Pose, Restitution, Settings, StickyGround, StrainLimit, Stretch, Threads,
-        Volume, World,
+        Body, Collide, Collider, ColliderShape, Controls, Effects, ElasticKind, ExternalForce,
+        ExternalImpulse, Grab, Grabs, Ground, Height, Hold, Instructions, ParticleIndex, Particles,
+        Path, PinTargets, Pose, Restitution, Settings, StickyGround, StrainLimit, Stretch,
+        SurfacePoint, Threads, VertexIndex, Volume, World,
         advance::{Stage, StepContext, Watch},
         contact::{Swept, rotation},
         deform::Random,
@@ -301,6 +302,114 @@ fn contacts_of_bodies_in_lanes_are_those_without() {
         touched.iter().all(|it| *it >= 9),
         "{touched:?} bodies touched something"
     );
+}
+
+/// The pointer and an app act on bodies that stay in lanes: a force on the whole and at points, pins that move, a
+/// grab of a point, of a patch and of pins, one and several; each alone, all together, and on the ground.
+#[test]
+fn what_the_pointer_and_an_app_do_leaves_bodies_in_lanes() {
+    let point = |terms: &[(u32, f32)]| {
+        let terms: Vec<_> = terms.iter().map(|&(i, b)| (ParticleIndex(i), b)).collect();
+        SurfacePoint::new(&terms).expect("a point")
+    };
+    let grab = |terms: &[(u32, f32)], hold| Grab {
+        hold,
+        ..Grab::on(point(terms), Vec3::new(0.3, 0.5, 0.1), 0.1, 1.0, 9.81)
+    };
+    let patch = Hold::Patch { radius: 0.2 };
+    let one = grab(&[(40, 0.25), (41, 0.75)], Hold::Point);
+    let force = ExternalForce::on_whole(Vec3::new(0.3, 0.1, -0.2));
+    let pushes = ExternalForce::at(point(&[(30, 0.5), (90, 0.5)]), Vec3::X)
+        .and_at(point(&[(90, 1.0)]), Vec3::Y);
+    let targets = PinTargets::of(VertexIndex(0), Vec3::new(0.05, 0.4, 0.0))
+        .and(VertexIndex(0), Vec3::new(0.02, 0.35, 0.0));
+    let several = Grabs::new([
+        one,
+        grab(&[(77, 1.0)], patch),
+        grab(&[(0, 1.0)], Hold::Pins),
+    ]);
+    let all = Controls {
+        force: Some(pushes.clone().and_at(point(&[(3, 1.0)]), Vec3::Z)),
+        targets: Some(targets.clone()),
+        grabs: Some(several.clone()),
+        impulse: Some(ExternalImpulse::on_whole(Vec3::X * 0.1)),
+    };
+    let cases = [
+        (
+            None,
+            Controls {
+                force: Some(force),
+                ..Controls::default()
+            },
+        ),
+        (
+            None,
+            Controls {
+                force: Some(pushes),
+                ..Controls::default()
+            },
+        ),
+        (
+            None,
+            Controls {
+                targets: Some(targets),
+                ..Controls::default()
+            },
+        ),
+        (
+            None,
+            Controls {
+                grabs: Some(several),
+                ..Controls::default()
+            },
+        ),
+        (Some(one), Controls::default()),
+        (Some(grab(&[(77, 1.0)], patch)), all.clone()),
+        (Some(grab(&[(0, 1.0)], Hold::Pins)), all),
+    ];
+    for (case, (grab, controls)) in cases.into_iter().enumerate() {
+        for (shape, density) in [
+            (cloth(20, 20), 0.2),
+            (cloth(50, 45), 0.2),
+            (cube(0.4, 8), 1000.0),
+        ] {
+            let is_sheet = shape.tetrahedra.is_empty();
+            let elastic = elastic(if case % 2 == 0 { 0.0 } else { 0.01 });
+            let effects = Effects {
+                stretch: elastic.stretch,
+                volume: elastic.volume.filter(|_| !is_sheet),
+                ground: elastic_on_ground().ground.filter(|_| case > 4),
+                grab,
+                ..Effects::default()
+            };
+            let mut body = moving(shape, density, effects);
+            let settings = settings(9.81, 60.0, 4, 1 + case as u32 % 3);
+            let best = (Instructions::default(), 1);
+            let free = run(
+                &Body {
+                    effects: Effects {
+                        grab: None,
+                        ..effects
+                    },
+                    ..body.clone()
+                },
+                &settings,
+                best,
+                None,
+            );
+            body.controls = controls.clone();
+            let acted = run(&body, &settings, best, None);
+            assert_ne!(
+                state_bits(&acted.particles),
+                state_bits(&free.particles),
+                "case {case}"
+            );
+            assert!(
+                assert_equal(&format!("case {case}"), &body, &settings),
+                "it is in lanes"
+            );
+        }
+    }
 }
 
 /// One effect fills the lanes, another does not and is solved between, without lanes.

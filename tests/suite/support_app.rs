@@ -7,7 +7,7 @@ use bevy::{
 };
 use pliant::{
     SoftBodyPlugins,
-    effect::{EffectRegistry, PinTargets},
+    effect::{Effect, EffectPlugin, EffectRegistry},
     recording::{About, Snapshot},
     simulation::{
         Action, ActionError, Actions, ContactSchedule, EffectSystems, SolvePhase, SolveSchedule,
@@ -38,6 +38,37 @@ pub fn app_of(world: &solver::World) -> (App, Vec<Entity>, Vec<Entity>) {
     (app, bodies, colliders)
 }
 
+/// An effect that does nothing, in a system of its own: its carriers are stepped stage by stage.
+#[derive(Component)]
+pub struct ByStages;
+
+impl Effect for ByStages {
+    const NAME: &'static str = "by_stages";
+    const TITLE: &'static str = "By stages";
+    const SUMMARY: &'static str = "Does nothing, in a system of its own.";
+    type State = ();
+
+    fn add_systems(schedules: &mut Schedules) {
+        let nothing = (|| ()).in_set(EffectSystems(Self::NAME));
+        schedules.add_systems(SolveSchedule, nothing.in_set(SolvePhase::User));
+    }
+}
+
+/// The app of a plain world in which one of the bodies is stepped stage by stage, with what it touches.
+pub fn app_by_stages(
+    world: &solver::World,
+    chosen: impl FnOnce(&[Entity]) -> Option<Entity>,
+) -> (App, Vec<Entity>) {
+    let mut app = app_with(|app| {
+        app.add_plugins(EffectPlugin::<ByStages>::default());
+    });
+    let (bodies, _) = plain::spawn(app.world_mut(), world);
+    if let Some(body) = chosen(&bodies) {
+        app.world_mut().entity_mut(body).insert(ByStages);
+    }
+    (app, bodies)
+}
+
 /// Runs ticks manually.
 pub fn ticks(app: &mut App, count: usize) {
     (0..count).for_each(|_| tick(app.world_mut()));
@@ -54,11 +85,7 @@ pub fn deterministic(mut world: solver::World, count: usize) -> (solver::World, 
     // A system in the schedule of a substep makes all stages run one by one.
     staged.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
     // An effect with systems of its own makes those of its carriers, and of what they touch.
-    let (mut partly, bodies, _) = app_of(&world);
-    if let Some(body) = bodies.get(bodies.len() / 2) {
-        let nothing = PinTargets::default();
-        partly.world_mut().entity_mut(*body).insert(nothing);
-    }
+    let (mut partly, _) = app_by_stages(&world, |bodies| bodies.get(bodies.len() / 2).copied());
     let mut later = Vec::new();
     let mut acting = 0;
     for tick in 1..=count {

@@ -98,12 +98,15 @@ pub use effects::{
     all::*,
     body_kinds::BodyEffectKind,
     carried::Effects,
+    controls::{Controls, Outside},
     elastic_kind::ElasticKind,
     external::{ExternalForce, ExternalImpulse},
     force::{
         attract::Attract, axis::Axis, drag::Drag, law::ForceKind, mask::ForceMask, stream::Stream,
         turbulence::Turbulence, uniform::Uniform, vortex::Vortex, wind::Wind,
     },
+    grabs::Grabs,
+    pin_targets::PinTargets,
     states::EffectStates,
 };
 pub use history::History;

@@ -1,8 +1,8 @@
 //! The per-body part of a snapshot.
 
-use super::{SnapshotError, nonsense};
 use crate::{
     mesh::Skin,
+    recording::error::{SnapshotError, nonsense},
     scene::Look,
     solver::{
         Body, Density, Effects, Mass, Particles, Quarantine, Stitch, Stitches, Topology,
@@ -56,9 +56,8 @@ impl StoredBody {
             stitches,
             // Recomputed in each substep.
             direct: _,
-            // What an app does to the body, not its state.
-            force: _,
-            is_held: _,
+            // At the end of the file, if there are any.
+            controls: _,
             rest,
             sleep,
             asleep,

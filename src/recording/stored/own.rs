@@ -1,8 +1,11 @@
 //! The effects of an app in a snapshot.
 
-use super::{SnapshotError, nonsense};
 use crate::{
-    effect::{Effect, EffectRegistry, OwnEffect, OwnEffects, Stitches},
+    effect::{
+        Effect, EffectRegistry, ExternalForce, ExternalImpulse, Grabs, OwnEffect, OwnEffects,
+        PinTargets, Stitches,
+    },
+    recording::error::{SnapshotError, nonsense},
     scene::BuiltScene,
     simulation::plain::{CARRIED, bodies_in_order},
     solver::Body,
@@ -29,7 +32,16 @@ pub fn own_effects(world: &mut World) -> Result<Vec<Vec<OwnEffect>>, SnapshotErr
     let registry = world.resource::<EffectRegistry>();
     let own = registry.own();
     let is_saved = |name: &str| {
-        CARRIED.contains(&name) || name == Stitches::NAME || own.names().any(|it| it == name)
+        let controls = [
+            ExternalForce::NAME,
+            ExternalImpulse::NAME,
+            PinTargets::NAME,
+            Grabs::NAME,
+        ];
+        CARRIED.contains(&name)
+            || name == Stitches::NAME
+            || controls.contains(&name)
+            || own.names().any(|it| it == name)
     };
     let others: Vec<_> = registry.iter().filter(|it| !is_saved(it.name)).collect();
     let all = bodies.into_iter().map(|body| {
@@ -70,18 +82,10 @@ impl StoredOwn {
 
     /// Decodes those of each body.
     pub fn read_all(
-        bytes: &[u8],
+        all: Vec<Self>,
         bodies: &[Body],
         known: &OwnEffects,
     ) -> Result<Vec<Vec<OwnEffect>>, SnapshotError> {
-        let (all, rest) = postcard::take_from_bytes::<Vec<Self>>(bytes)
-            .map_err(|error| SnapshotError::Encoding(error.to_string()))?;
-        if !rest.is_empty() {
-            let rest = rest.len();
-            return Err(SnapshotError::Encoding(format!(
-                "{rest} unexpected bytes at the end"
-            )));
-        }
         let mut own = vec![Vec::new(); bodies.len()];
         for Self { body, name, text } in all {
             let Some((effects, body)) = own.get_mut(body as usize).zip(bodies.get(body as usize))

@@ -296,6 +296,7 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
         Action::Unpin { body, vertex } => {
             json!({"do": "unpin", "body": name(*body), "vertex": vertex})
         }
+        Action::Control { body, .. } => json!({"do": "control", "body": name(*body)}),
         Action::Cut { body, .. } => json!({"do": "cut", "body": name(*body)}),
         Action::Deform { body, deformation } => {
             json!({"do": "deform", "body": name(*body), "how": format!("{deformation:?}")})

@@ -5,7 +5,7 @@ use crate::{
     effect::{Effect, EffectRegistry, ForceMask},
     simulation::{
         Asleep, BodyDensity, BodySkin, Pins, Quarantined, RestTimer, SceneEntity,
-        SimulationSettings, SoftBody, TickStart, plain, tear,
+        SimulationSettings, SoftBody, TickStart, carried::set_controls, plain, tear,
     },
     solver::{
         CollisionIterations, Grab, GroupName, InvalidValue, Iterations, KeepSpin, Order, Particles,
@@ -113,6 +113,15 @@ impl Action {
                 {
                     grab.target = *target;
                 }
+                Ok(())
+            }
+            Action::Control { body, controls } => {
+                let mut entity = body_mut(world, *body)?;
+                let fit = |body: &SoftBody| controls.fit(body);
+                if !entity.get().is_some_and(fit) {
+                    return Err(ActionError::Controls);
+                }
+                set_controls(&mut entity, controls);
                 Ok(())
             }
             Action::Release { body } => {

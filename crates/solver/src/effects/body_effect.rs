@@ -36,8 +36,7 @@ pub trait BodyEffect {
     /// changes of the [angular momentum](crate::spin) is taken back.
     const IS_INTERNAL: bool = false;
     /// Whether a body may stay in lanes for it: true if it implements
-    /// [`solve_in_lanes`](Self::solve_in_lanes). It must treat each particle by itself, and move neither
-    /// positions nor pins.
+    /// [`solve_in_lanes`](Self::solve_in_lanes). It must not move positions.
     const IN_LANES: bool = false;
 
     /// Begins a tick of a body with these positions [m] and inverse masses [1/kg].

@@ -1,7 +1,8 @@
 //! A force or an impulse that an app applies to a body: on the whole, or at points.
 
-use crate::{Particles, SurfacePoint, particles::Part};
+use crate::{Particles, SurfacePoint};
 use glam::{DVec3, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 /// A force on a body [N], constant in space and time until it is changed or removed. It acts at the beginning
 /// of each substep, before all force fields, so that what brakes by the velocity knows of it: a body of mass m
@@ -16,7 +17,7 @@ use glam::{DVec3, Vec3, Vec4};
 /// let push = ExternalForce::on_whole(Vec3::X * 32.0).and_at(corner, Vec3::Y * 5.0);
 /// assert_eq!(push.points.len(), 1);
 /// ```
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct ExternalForce {
     /// Force on the whole body [N], distributed over its free particles by their mass, so that it
@@ -40,7 +41,7 @@ pub struct ExternalForce {
 /// ExternalImpulse::on_whole(Vec3::Y * 8.0).apply(&mut particles);
 /// assert!(particles.velocities().all(|v| v.distance(Vec3::Y * 2.0) < 1e-6)); // m/s
 /// ```
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct ExternalImpulse {
     /// Impulse on the whole body [N·s], distributed over its free particles by their mass.
@@ -93,60 +94,60 @@ constructors!(ExternalForce, "N");
 constructors!(ExternalImpulse, "N·s");
 
 impl ExternalForce {
-    /// Adds the change of velocity in `h` seconds to all particles of a body.
-    pub(crate) fn push(&self, part: &mut Part, h: f32) {
-        let Part {
-            positions,
-            displacements,
-            carry,
-            ..
-        } = part;
-        let wide = |x: Vec4| x.truncate().as_dvec3();
-        for (i, change) in changes(positions, (self.whole, &self.points), h.into()) {
-            let wanted = wide(displacements[i]) + change * f64::from(h);
-            displacements[i] = wanted.as_vec3().extend(0.0);
-            // The rounding error of u is not lost to the velocity, as in the first stage.
-            let lost = wanted - wide(displacements[i]);
-            carry[i] = (wide(carry[i]) - lost).as_vec3().extend(0.0);
-        }
+    /// Acceleration of the free particles by the force on the whole body [m/s²], for positions with inverse
+    /// masses in w [1/kg].
+    pub(crate) fn acceleration(&self, positions: &[Vec4]) -> DVec3 {
+        shared(self.whole, positions)
+    }
+
+    /// Accelerations of single particles by the forces at points [m/s²].
+    pub(crate) fn pushes(&self, positions: &[Vec4]) -> impl Iterator<Item = (usize, DVec3)> {
+        at_points(&self.points, positions)
     }
 }
 
 impl ExternalImpulse {
     /// Changes the velocities of a body, once.
     pub fn apply(&self, particles: &mut Particles) {
-        let changes = changes(&particles.positions, (self.whole, &self.points), 1.0);
-        for (i, change) in changes.collect::<Vec<_>>() {
+        let all = shared(self.whole, &particles.positions);
+        let single: Vec<_> = at_points(&self.points, &particles.positions).collect();
+        for i in 0..particles.len() {
+            if all != DVec3::ZERO && particles.positions[i].w > 0.0 {
+                particles.accelerate(i, all);
+            }
+        }
+        for (i, change) in single {
             particles.accelerate(i, change);
         }
     }
 }
 
-/// The particles, and the changes of their velocities [m/s], that a force on the whole and forces at points
-/// [N] cause in some time [s]; `w` of a position is the inverse mass [1/kg].
-fn changes<'a>(
-    positions: &'a [Vec4],
-    (whole, points): (Vec3, &'a [(SurfacePoint, Vec3)]),
-    seconds: f64,
-) -> impl Iterator<Item = (usize, DVec3)> + 'a {
-    let inverse_masses = positions.iter().map(|x| x.w);
-    let free = (0..).zip(inverse_masses).filter(|(_, w)| *w > 0.0);
-    let mass: f64 = match whole == Vec3::ZERO {
-        true => 0.0,
-        false => free.clone().map(|(_, w)| 1.0 / f64::from(w)).sum(),
-    };
-    let all = (mass > 0.0).then(|| whole.as_dvec3() * (seconds / mass));
-    let all = all
-        .into_iter()
-        .flat_map(move |change| free.clone().map(move |(i, _)| (i, change)));
+/// What a force [N] or impulse [N·s] on the whole body gives each free particle, per mass.
+fn shared(whole: Vec3, positions: &[Vec4]) -> DVec3 {
+    if whole == Vec3::ZERO {
+        return DVec3::ZERO;
+    }
+    let free = positions.iter().filter(|x| x.w > 0.0);
+    let mass: f64 = free.map(|x| 1.0 / f64::from(x.w)).sum();
+    match mass > 0.0 {
+        true => whole.as_dvec3() / mass,
+        false => DVec3::ZERO,
+    }
+}
+
+/// What forces [N] or impulses [N·s] at points give single particles, per mass.
+fn at_points(
+    points: &[(SurfacePoint, Vec3)],
+    positions: &[Vec4],
+) -> impl Iterator<Item = (usize, DVec3)> {
     let count = positions.len();
     let there = points.iter().filter(move |(point, _)| point.fits(count));
-    let at_points = there.flat_map(move |(point, force)| {
+    let all = there.flat_map(move |(point, force)| {
         point.terms().map(move |(particle, weight)| {
             let i = particle.index();
             let w = f64::from(weight) * f64::from(positions[i].w);
-            (i, force.as_dvec3() * (w * seconds))
+            (i, force.as_dvec3() * w)
         })
     });
-    all.chain(at_points.filter(|(_, change)| *change != DVec3::ZERO))
+    all.filter(|(_, change)| *change != DVec3::ZERO)
 }

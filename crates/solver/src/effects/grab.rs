@@ -8,8 +8,11 @@ use super::body_effect::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Compliance, Damping, Force, SurfacePoint, Topology, parallel::scope::WholeBody,
-    particles::Part, topology::surface_point::mean,
+    Compliance, Damping, Force, SurfacePoint, Topology,
+    kernel::each::{InLanes, Singles},
+    parallel::scope::WholeBody,
+    particles::Part,
+    topology::surface_point::mean,
 };
 use glam::{DVec3, Vec3, Vec4};
 use patch::Patch;
@@ -94,6 +97,11 @@ impl GrabState {
     #[must_use]
     pub fn force(&self, h: f32) -> f32 {
         self.multiplier.abs() / (h * h)
+    }
+
+    /// Heap memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.patch.bytes()
     }
 
     /// The same without its patch.
@@ -218,7 +226,7 @@ impl Grab {
     pub fn pull(
         &self,
         state: &mut GrabState,
-        part: &mut Part,
+        singles: &mut (impl Singles + ?Sized),
         h: f32,
         (substep, iteration): ((u32, u32), u32),
     ) {
@@ -231,17 +239,17 @@ impl Grab {
             // Substeps begin without motion of pins: once per substep.
             if iteration == 0 {
                 for &(i, _) in state.patch.terms() {
-                    part.shift(i, travel);
+                    singles.shift(i, travel);
                 }
             }
             return;
         }
         let terms = self.terms(&state.patch);
-        let held = mean(terms.clone(), |i| part.predicted(i));
+        let held = mean(terms.clone(), |i| singles.predicted(i));
         let d = held - target;
         let distance = d.length();
         let weights = terms.clone();
-        let weights = weights.map(|(i, b)| b * b * f64::from(part.positions[i].w));
+        let weights = weights.map(|(i, b)| b * b * singles.inverse_mass(i));
         let weight: f64 = weights.sum();
         if weight == 0.0 || distance == 0.0 {
             return;
@@ -249,7 +257,7 @@ impl Grab {
         let direction = d / distance;
         let alpha = f64::from(self.compliance) / (h * h);
         let gamma = f64::from(self.damping.get()) / h;
-        let moved = direction.dot(held - mean(terms.clone(), |i| part.start(i)) - travel);
+        let moved = direction.dot(held - mean(terms.clone(), |i| singles.start(i)) - travel);
         let multiplier = f64::from(state.multiplier);
         let change =
             -(distance + alpha * multiplier + gamma * moved) / ((1.0 + gamma) * weight + alpha);
@@ -257,8 +265,8 @@ impl Grab {
         let next = (multiplier + change).clamp(-limit, limit);
         let push = direction * (next - multiplier);
         for (i, b) in terms {
-            let weight = b * f64::from(part.positions[i].w);
-            part.shift(i, push * weight);
+            let weight = b * singles.inverse_mass(i);
+            singles.shift(i, push * weight);
         }
         state.multiplier = next as f32;
     }
@@ -278,9 +286,21 @@ impl BodyEffect for Grab {
     type ReferenceState = ReferenceGrab;
     const PHASE: BodyPhase = BodyPhase::IterationEnd;
     const WORK: WorkOf = WorkOf::Grab;
+    const IN_LANES: bool = true;
 
     fn begin_tick(&self, state: &mut GrabState, topology: &Topology, positions: &[Vec4]) {
         self.begin(state, topology, positions);
+    }
+
+    fn solve_in_lanes(
+        &self,
+        state: &mut GrabState,
+        particles: &mut impl InLanes,
+        pass: &BodyPass,
+    ) -> Option<u64> {
+        let singles = particles.singles()?;
+        self.pull(state, singles, pass.h, (pass.substep, pass.iteration.0));
+        Some(0)
     }
 
     fn solve(&self, state: &mut GrabState, mut part: Part, pass: &BodyPass) -> bool {
@@ -339,6 +359,6 @@ impl BodyEffect for Grab {
     }
 
     fn bytes(state: &GrabState) -> usize {
-        state.patch.bytes()
+        state.bytes()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{
     body_kinds::BodyEffectStates,
+    controls::ByParticle,
     force::Load,
     free::{Free, SpinState},
     rod,
@@ -51,6 +52,8 @@ pub(crate) struct Found {
     pub spin: SpinState,
     /// The sides to which it leaves the colliders that it began the tick in.
     pub sides: Vec<WayOut>,
+    /// What an app does to it.
+    pub controls: ByParticle,
     /// Memory for a wind.
     pub loads: Vec<Load>,
     /// The largest component of a displacement in any substep [m], from the value that is set before;
@@ -79,7 +82,7 @@ impl Scratch {
     fn bytes(&self) -> usize {
         self.0.as_ref().map_or(0, |found| {
             let columns = size_of_val(&found.sides[..]) + size_of_val(&found.loads[..]);
-            size_of::<Found>() + columns + found.spin.bytes()
+            size_of::<Found>() + columns + found.spin.bytes() + found.controls.bytes()
         })
     }
 }

@@ -64,11 +64,71 @@ impl Rows<'_> {
         !sum.simd_eq(zero).any_false()
     }
 
-    /// The last stage of a substep and, with the displacement h²g of gravity [m], the first of the
-    /// next, as [`stages::end_and_begin`](crate::step::stages::end_and_begin). Pins must not have
-    /// been moved by a grab.
+    /// The last stage of a substep, and with displacements by forces [m], such as h²g by gravity, the first of the
+    /// next, as [`stages::end_and_begin`](crate::step::stages::end_and_begin).
     #[inline(always)]
-    pub fn end<L: Lanes>(&mut self, simd: L, push: Option<Vec3>) {
+    pub fn end<L: Lanes>(&mut self, simd: L, pushes: &[Vec3]) {
+        let zero = simd.number(0.0);
+        self.each(
+            simd,
+            #[inline(always)]
+            |pinned, before| {
+                let mut after = *before;
+                for state in &mut after {
+                    *state = arithmetic::end(*state);
+                }
+                if pinned.any_true() {
+                    // A pin has no velocity, and where nothing has moved it, it is where it was.
+                    let mut way = zero;
+                    for [_, moved, carried] in before {
+                        way = way.max((*moved - *carried).abs());
+                    }
+                    let stays = pinned & way.simd_eq(zero);
+                    for (after, [p, u, c]) in after.iter_mut().zip(before) {
+                        let (position, carry) = arithmetic::exact_sum(*p, *u);
+                        let carry = stays.select(*c, carry);
+                        let pin = [stays.select(*p, position), carry, carry];
+                        for (after, pin) in after.iter_mut().zip(pin) {
+                            *after = pinned.select(pin, *after);
+                        }
+                    }
+                }
+                for push in pushes {
+                    begin(simd, pinned, &mut after, *push);
+                }
+                after
+            },
+        );
+    }
+
+    /// The first stage of a substep, with the displacement h²g of gravity [m], as
+    /// [`stages::presolve`](crate::step::stages::presolve).
+    #[inline(always)]
+    pub fn begin<L: Lanes>(&mut self, simd: L, push: Vec3) {
+        self.each(
+            simd,
+            #[inline(always)]
+            |pinned, before| {
+                let mut after = *before;
+                if pinned.any_true() {
+                    for [_, moved, carried] in &mut after {
+                        *moved = pinned.select(*carried, *moved);
+                    }
+                }
+                begin(simd, pinned, &mut after, push);
+                after
+            },
+        );
+    }
+
+    /// Replaces the position, the displacement and the carry of all particles, axis by axis; the mask tells
+    /// which of them are pinned.
+    #[inline(always)]
+    fn each<L: Lanes>(
+        &mut self,
+        simd: L,
+        change: impl Fn(Mask<L>, &[[Floats<L>; 3]; 3]) -> [[Floats<L>; 3]; 3],
+    ) {
         let zero = simd.number(0.0);
         let Self { stride, first, .. } = *self;
         let particles = self.particles.chunks_exact_mut(COMPONENTS * stride);
@@ -85,28 +145,25 @@ impl Rows<'_> {
                     number(carry, axis),
                 ];
             }
-            let mut after = before;
-            for state in &mut after {
-                *state = arithmetic::end(*state);
-            }
-            if let Some(push) = push {
-                for ([_, moved, carried], push) in after.iter_mut().zip(push.to_array()) {
-                    [*moved, *carried] = arithmetic::begin([*moved, *carried], simd.number(push));
-                }
-            }
-            if pinned.any_true() {
-                for ([position, moved, carried], [p, _, c]) in after.iter_mut().zip(before) {
-                    *position = pinned.select(p, *position);
-                    *moved = pinned.select(c, *moved);
-                    *carried = pinned.select(c, *carried);
-                }
-            }
-            for (axis, [p, u, c]) in after.into_iter().enumerate() {
+            for (axis, [p, u, c]) in change(pinned, &before).into_iter().enumerate() {
                 put::<L>(particle, axis * stride + first, p);
                 put::<L>(particle, (CARRIED + axis) * stride + first, u);
                 put::<L>(carry, axis * stride + first, c);
             }
         }
+    }
+}
+
+/// A mask of as many lanes as numbers have.
+type Mask<L> = <Floats<L> as SimdBase<L>>::Mask;
+
+/// Begins a substep: a force moves what is not pinned.
+#[inline(always)]
+fn begin<L: Lanes>(simd: L, pinned: Mask<L>, states: &mut [[Floats<L>; 3]; 3], push: Vec3) {
+    for ([_, moved, carried], push) in states.iter_mut().zip(push.to_array()) {
+        let [next, carry] = arithmetic::begin([*moved, *carried], simd.number(push));
+        *moved = pinned.select(*moved, next);
+        *carried = pinned.select(*carried, carry);
     }
 }
 

@@ -15,7 +15,7 @@
 use super::{
     block::{Block, Blocks, Projected},
     columns::{self, CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
-    each::{InLanes, ParticlePass, Question},
+    each::{InLanes, ParticlePass, Question, Singles},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors, WIDTH},
     moments::{self, Moments, Turn},
 };
@@ -117,8 +117,7 @@ impl Copies {
 
     /// The last stage of a substep of `h` seconds and the first of the next, with gravity [m/s²], as
     /// [`stages::end_and_begin`](crate::step::stages::end_and_begin). Returns whether all
-    /// displacements and velocities are finite; otherwise nothing has moved. Pins must not have been
-    /// moved by a grab.
+    /// displacements and velocities are finite; otherwise nothing has moved.
     ///
     /// # Panics
     /// Unless carries were read.
@@ -137,7 +136,7 @@ impl Copies {
         let work = EndAndBegin {
             copies: self,
             per_second: 1.0 / h,
-            push: gravity * (h * h),
+            pushes: &[gravity * (h * h)],
             is_finite: &mut is_finite,
         };
         instructions.run_in(lanes, work);
@@ -225,6 +224,10 @@ impl InLanes for Copies {
             instructions,
         )
     }
+
+    fn singles(&mut self) -> Option<&mut impl Singles> {
+        None::<&mut Part<'_>>
+    }
 }
 
 /// [`Copies::load`].
@@ -311,7 +314,7 @@ struct EndAndBegin<'a> {
     /// 1/h [1/s].
     per_second: f32,
     /// h²g [m].
-    push: Vec3,
+    pushes: &'a [Vec3],
     is_finite: &'a mut bool,
 }
 
@@ -326,7 +329,7 @@ impl SimdWork for EndAndBegin<'_> {
         };
         *self.is_finite = rows.are_finite(simd, self.per_second);
         if *self.is_finite {
-            rows.end(simd, Some(self.push));
+            rows.end(simd, self.pushes);
         }
     }
 }

@@ -1,9 +1,10 @@
-//! Questions about particles and passes over them, in lanes, where each is treated by itself.
+//! Questions about particles and passes over them, in lanes, where each is treated by itself; and access to
+//! single ones, in lanes or not.
 
 use super::lanes::{Columns, Instructions, Lanes, SimdWork, Vectors};
 use crate::particles::Part;
 use fearless_simd::{f32x4, prelude::*};
-use glam::Vec4;
+use glam::{DVec3, Vec4};
 
 /// Particles in lanes, as copies of a body or in strips.
 pub trait InLanes {
@@ -13,6 +14,61 @@ pub trait InLanes {
     /// Performs a pass over the particles, whose carries must be in lanes, too; returns the lanes in
     /// which it acted, as bits.
     fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64;
+
+    /// Single particles, whose carries must be in lanes, too; `None` of copies of a body.
+    fn singles(&mut self) -> Option<&mut impl Singles>;
+}
+
+/// Single particles of a piece of a body, by their numbers in it.
+pub trait Singles {
+    /// Inverse mass [1/kg].
+    fn inverse_mass(&self, i: usize) -> f64;
+
+    /// Position at the start of the substep [m]: p + c.
+    fn start(&self, i: usize) -> DVec3;
+
+    /// Position within a substep [m]: p + u.
+    fn predicted(&self, i: usize) -> DVec3;
+
+    /// Moves a particle within a substep [m].
+    fn shift(&mut self, i: usize, by: DVec3);
+
+    /// Adds to the displacement of a particle before a substep [m]. The rounding error of the displacement
+    /// is not lost to the velocity, as in the first stage.
+    fn accelerate(&mut self, i: usize, by: DVec3);
+}
+
+impl Singles for Part<'_> {
+    fn inverse_mass(&self, i: usize) -> f64 {
+        self.positions[i].w.into()
+    }
+
+    fn start(&self, i: usize) -> DVec3 {
+        Part::start(self, i)
+    }
+
+    fn predicted(&self, i: usize) -> DVec3 {
+        Part::predicted(self, i)
+    }
+
+    fn shift(&mut self, i: usize, by: DVec3) {
+        Part::shift(self, i, by);
+    }
+
+    fn accelerate(&mut self, i: usize, by: DVec3) {
+        let (u, c) = (&mut self.displacements[i], &mut self.carry[i]);
+        let [next, carried] = accelerated([*u, *c], by);
+        (*u, *c) = (next, carried);
+    }
+}
+
+/// A displacement and a carry [m] after an addition to the displacement: see [`Singles::accelerate`].
+pub(super) fn accelerated([u, c]: [Vec4; 2], by: DVec3) -> [Vec4; 2] {
+    let wide = |x: Vec4| x.truncate().as_dvec3();
+    let wanted = wide(u) + by;
+    let next = wanted.as_vec3().extend(0.0);
+    let lost = wanted - wide(next);
+    [next, (wide(c) - lost).as_vec3().extend(0.0)]
 }
 
 /// A question about particles in lanes.

@@ -16,7 +16,7 @@
 use super::{
     block::{Block, Blocks, Projected},
     columns::{self, CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
-    each::{InLanes, ParticlePass, Question},
+    each::{InLanes, ParticlePass, Question, Singles, accelerated},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, set_bits},
     moments::{self, Moments, Turn},
 };
@@ -30,7 +30,7 @@ use crate::{
     },
 };
 use fearless_simd::{f32x4, prelude::*};
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
 /// The particles of a body in rows.
 #[derive(Debug, Default)]
@@ -72,6 +72,8 @@ pub(crate) struct StripRows<'a> {
     strips: Strips,
     /// Number of the first row.
     first: usize,
+    /// Number of the first particle.
+    base: usize,
     /// Positions, inverse masses and displacements.
     particles: &'a mut [Line],
     /// Carries.
@@ -91,13 +93,13 @@ pub(crate) const BEFORE: usize = 3;
 
 impl<'a> StripRows<'a> {
     /// With the [particles](PARTICLES), the [carries](CARRIES) and, if they are kept, the [displacements
-    /// before internal constraints](BEFORE) of the rows from `first` on.
+    /// before internal constraints](BEFORE) of the rows from `first` on, for particles from `base` on.
     ///
     /// # Panics
     /// If these have different numbers of rows.
     pub fn new(
         strips: Strips,
-        first: usize,
+        (first, base): (usize, usize),
         [particles, carry, before]: [&'a mut [Line]; 3],
     ) -> Self {
         assert!(
@@ -111,6 +113,7 @@ impl<'a> StripRows<'a> {
         Self {
             strips,
             first,
+            base,
             particles,
             carry,
             before,
@@ -122,21 +125,19 @@ impl<'a> StripRows<'a> {
         self.particles.len() / PARTICLES
     }
 
-    /// Reads the particles, the first of which has number `base`, with carries if they are `carried`.
-    pub fn load(&mut self, part: &Part, base: usize, carried: bool, instructions: Instructions) {
+    /// Reads the particles, with carries if they are `carried`.
+    pub fn load(&mut self, part: &Part, carried: bool, instructions: Instructions) {
         let from = [&*part.positions, &*part.displacements, &*part.carry];
         let work = Load {
             from,
-            base,
             carried,
             into: self,
         };
         instructions.run_in(instructions.widest(), work);
     }
 
-    /// Writes the displacements of the particles, the first of which has number `base`, and the rest
-    /// if they have `moved`.
-    pub fn store(&self, part: &mut Part, base: usize, moved: bool, instructions: Instructions) {
+    /// Writes the displacements of the particles, and the rest if they have `moved`.
+    pub fn store(&self, part: &mut Part, moved: bool, instructions: Instructions) {
         let into = [
             &mut *part.positions,
             &mut *part.displacements,
@@ -144,26 +145,34 @@ impl<'a> StripRows<'a> {
         ];
         let work = Store {
             from: self,
-            base,
             moved,
             into,
         };
         instructions.run_in(instructions.widest(), work);
     }
 
-    /// Ends a substep of `h` seconds, and with gravity [m/s²] begins the next, as in
+    /// Ends a substep of `h` seconds, and with displacements by forces [m] begins the next, as in
     /// [`stages`](crate::step::stages). Returns whether all displacements and velocities are finite;
-    /// otherwise nothing has moved. Pins must not have been moved by a grab.
-    pub fn end(&mut self, h: f32, gravity: Option<Vec3>, instructions: Instructions) -> bool {
+    /// otherwise nothing has moved.
+    pub fn end(&mut self, h: f32, pushes: &[Vec3], instructions: Instructions) -> bool {
         let mut is_finite = true;
         let work = End {
             rows: self,
             per_second: 1.0 / h,
-            push: gravity.map(|gravity| gravity * (h * h)),
+            pushes,
             is_finite: &mut is_finite,
         };
         instructions.run_in(instructions.widest(), work);
         is_finite
+    }
+
+    /// Begins a substep of `h` seconds with gravity [m/s²], as in [`stages`](crate::step::stages).
+    pub fn begin(&mut self, h: f32, gravity: Vec3, instructions: Instructions) {
+        let work = Begin {
+            rows: self,
+            push: gravity * (h * h),
+        };
+        instructions.run_in(instructions.widest(), work);
     }
 }
 
@@ -281,6 +290,77 @@ impl InLanes for StripRows<'_> {
         let lanes = (MAX_WIDTH, instructions.widest());
         columns::pass([self.particles, self.carry], lanes, pass, instructions)
     }
+
+    fn singles(&mut self) -> Option<&mut impl Singles> {
+        Some(self)
+    }
+}
+
+impl StripRows<'_> {
+    /// Where the first component of particle number `i` of the piece is, in components and in carries.
+    fn places(&self, i: usize) -> [usize; 2] {
+        let spot = self.strips.place((self.base + i) as u32);
+        let row = spot.row() - self.first;
+        [COMPONENTS, CARRIED].map(|count| row * count * MAX_WIDTH + spot.lane())
+    }
+
+    /// Three components in one lane.
+    fn vector(lines: &[Line], place: usize) -> Vec4 {
+        let numbers = flat(lines);
+        Vec3::from_array([0, 1, 2].map(|axis| numbers[place + axis * MAX_WIDTH])).extend(0.0)
+    }
+
+    fn set(lines: &mut [Line], place: usize, to: Vec4) {
+        let numbers = flat_mut(lines);
+        for (axis, value) in to.truncate().to_array().into_iter().enumerate() {
+            numbers[place + axis * MAX_WIDTH] = value;
+        }
+    }
+
+    /// Displacement and carry of a particle [m].
+    fn motion(&self, i: usize) -> [Vec4; 2] {
+        let [place, carry] = self.places(i);
+        [
+            Self::vector(self.particles, place + CARRIED * MAX_WIDTH),
+            Self::vector(self.carry, carry),
+        ]
+    }
+}
+
+impl Singles for StripRows<'_> {
+    fn inverse_mass(&self, i: usize) -> f64 {
+        let [place, _] = self.places(i);
+        flat(self.particles)[place + 3 * MAX_WIDTH].into()
+    }
+
+    fn start(&self, i: usize) -> DVec3 {
+        let [place, carry] = self.places(i);
+        wide(Self::vector(self.particles, place)) + wide(Self::vector(self.carry, carry))
+    }
+
+    fn predicted(&self, i: usize) -> DVec3 {
+        let [place, _] = self.places(i);
+        let moved = Self::vector(self.particles, place + CARRIED * MAX_WIDTH);
+        wide(Self::vector(self.particles, place)) + wide(moved)
+    }
+
+    fn shift(&mut self, i: usize, by: DVec3) {
+        let [place, _] = self.places(i);
+        let place = place + CARRIED * MAX_WIDTH;
+        let moved = wide(Self::vector(self.particles, place)) + by;
+        Self::set(self.particles, place, moved.as_vec3().extend(0.0));
+    }
+
+    fn accelerate(&mut self, i: usize, by: DVec3) {
+        let [place, carry] = self.places(i);
+        let [moved, carried] = accelerated(self.motion(i), by);
+        Self::set(self.particles, place + CARRIED * MAX_WIDTH, moved);
+        Self::set(self.carry, carry, carried);
+    }
+}
+
+fn wide(x: Vec4) -> DVec3 {
+    x.truncate().as_dvec3()
 }
 
 /// The lanes of `L`, as many times as a row has them: the first of each.
@@ -291,7 +371,6 @@ fn parts<L: Lanes>() -> impl Iterator<Item = usize> {
 /// [`StripRows::load`].
 struct Load<'a, 'b> {
     from: [&'a [Vec4]; 3],
-    base: usize,
     carried: bool,
     into: &'a mut StripRows<'b>,
 }
@@ -301,11 +380,15 @@ impl SimdWork for Load<'_, '_> {
     fn run<L: Lanes>(self, simd: L) {
         let Self {
             from,
-            base,
             carried,
             into,
         } = self;
-        let StripRows { strips, first, .. } = *into;
+        let StripRows {
+            strips,
+            first,
+            base,
+            ..
+        } = *into;
         let particles = flat_mut(into.particles).chunks_exact_mut(COMPONENTS * MAX_WIDTH);
         let carries = flat_mut(into.carry).chunks_exact_mut(CARRIED * MAX_WIDTH);
         for ((row, particles), carries) in (first..).zip(particles).zip(carries) {
@@ -333,7 +416,6 @@ impl SimdWork for Load<'_, '_> {
 /// [`StripRows::store`].
 struct Store<'a, 'b> {
     from: &'a StripRows<'b>,
-    base: usize,
     moved: bool,
     into: [&'a mut [Vec4]; 3],
 }
@@ -343,11 +425,15 @@ impl SimdWork for Store<'_, '_> {
     fn run<L: Lanes>(self, simd: L) {
         let Self {
             from,
-            base,
             moved,
             mut into,
         } = self;
-        let StripRows { strips, first, .. } = *from;
+        let StripRows {
+            strips,
+            first,
+            base,
+            ..
+        } = *from;
         let particles = flat(from.particles).chunks_exact(COMPONENTS * MAX_WIDTH);
         let carries = flat(from.carry).chunks_exact(CARRIED * MAX_WIDTH);
         for ((row, particles), carries) in (first..).zip(particles).zip(carries) {
@@ -385,8 +471,8 @@ struct End<'a, 'b> {
     rows: &'a mut StripRows<'b>,
     /// 1/h [1/s].
     per_second: f32,
-    /// h²g [m].
-    push: Option<Vec3>,
+    /// By forces [m].
+    pushes: &'a [Vec3],
     is_finite: &'a mut bool,
 }
 
@@ -408,7 +494,30 @@ impl SimdWork for End<'_, '_> {
         }
         for low in parts::<L>() {
             rows.first = low;
-            rows.end(simd, self.push);
+            rows.end(simd, self.pushes);
+        }
+    }
+}
+
+/// [`StripRows::begin`].
+struct Begin<'a, 'b> {
+    rows: &'a mut StripRows<'b>,
+    /// h²g [m].
+    push: Vec3,
+}
+
+impl SimdWork for Begin<'_, '_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let mut rows = Rows {
+            particles: flat_mut(self.rows.particles),
+            carry: flat_mut(self.rows.carry),
+            stride: MAX_WIDTH,
+            first: 0,
+        };
+        for low in parts::<L>() {
+            rows.first = low;
+            rows.begin(simd, self.push);
         }
     }
 }

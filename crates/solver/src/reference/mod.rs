@@ -14,6 +14,7 @@
 //! An error in these affects both equally, so they are tested against finite differences and closed
 //! forms.
 
+mod controls;
 mod elastic;
 mod emission;
 mod motion;
@@ -21,13 +22,14 @@ mod renew;
 mod tear;
 
 use crate::{
-    Collider, Contacts, Effects, ElasticKind, Emission, Grains, RodState, SegmentState, Settings,
-    Stitches, Substep, Threads, Topology,
+    Collider, Contacts, Controls, Effects, ElasticKind, Emission, Grabs, Grains, RodState,
+    SegmentState, Settings, Stitches, Substep, Threads, Topology,
     colliders::inside::WayOut,
     contact::Between,
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
         body_kinds::{BodyEffectKind, ReferenceStates},
+        grab::ReferenceGrab,
     },
     force::Moment,
     layout::order::Direction,
@@ -82,6 +84,10 @@ pub struct Body {
     pub spins: Vec<DVec3>,
     /// Effects of the body, except stitches.
     pub effects: Effects,
+    /// What an app does to it.
+    pub controls: Controls,
+    /// State of the grabs of an app.
+    grab_states: Vec<ReferenceGrab>,
     /// State of effects without elements, and the stitches.
     states: ReferenceStates,
     /// λ of the constraints of each elastic effect; empty before the first iteration.
@@ -184,6 +190,7 @@ impl World {
     pub fn tick(&mut self) {
         let substeps = self.settings.substeps.get();
         self.contacts.begin_tick();
+        self.bodies.iter_mut().for_each(Body::strike);
         for index in 0..substeps {
             self.substep(&self.settings.substep(index));
         }
@@ -194,12 +201,12 @@ impl World {
             let all = all.map(|body| &mut body.states.stitches.0);
             joints::follow(all, place as u32, torn.as_ref(), renewed.as_ref());
         }
-        for grab in self
-            .bodies
-            .iter_mut()
-            .filter_map(|body| body.effects.grab.as_mut())
-        {
-            grab.end_tick(None, self.settings.tick_seconds() as f32);
+        let seconds = self.settings.tick_seconds() as f32;
+        for body in &mut self.bodies {
+            let grabs = body.controls.grabs.iter_mut().flat_map(Grabs::iter_mut);
+            for grab in grabs.chain(&mut body.effects.grab) {
+                grab.end_tick(None, seconds);
+            }
         }
         self.emit();
         self.time += self.settings.tick_seconds();
@@ -258,6 +265,7 @@ impl World {
             };
             let h = body.h;
             body.past.touched = false;
+            body.push_by_app(h);
             body.push_by_forces(Moment {
                 time: start,
                 h,
@@ -272,6 +280,7 @@ impl World {
                 }
             }
             body.presolve(h, gravity);
+            body.move_pins((step.index, step.count));
             body.solve_effects(BodyPhase::Prediction, &pass(h, 0));
             if *keeps_multipliers && !step.method.is_rigid() {
                 body.pull();
@@ -291,6 +300,7 @@ impl World {
             }
             joints::solve(bodies, step, iteration);
             for body in &mut *bodies {
+                body.pull_by_grabs(&pass(body.h, iteration));
                 body.solve_effects(BodyPhase::IterationEnd, &pass(body.h, iteration));
             }
             for _ in 0..step.contacts_after(iteration) {
@@ -356,6 +366,8 @@ impl Body {
                 .map(|spin| spin.truncate().as_dvec3())
                 .collect(),
             effects: Effects::default(),
+            controls: body.controls.clone(),
+            grab_states: Vec::new(),
             states: ReferenceStates {
                 stitches: (body.stitches.clone(), Vec::new()),
                 rod: body.effects.rod.map_or_else(RodState::default, |rod| {
@@ -395,6 +407,7 @@ impl Body {
         }
         self.states
             .prepare(effects, &self.topology, &self.x, &self.w);
+        self.prepare_grabs();
     }
 
     /// Its stitches, including broken ones.

@@ -48,6 +48,7 @@ impl Body {
             grab.point = renewed.point(&grab.point)?;
             Some(grab)
         });
+        self.controls.follow(|point| renewed.point(point));
         let mut stitches = std::mem::take(&mut self.states.stitches);
         stitches.0.renew(&renewed);
         self.topology = Arc::clone(&renewed.topology);

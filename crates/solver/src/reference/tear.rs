@@ -53,6 +53,7 @@ impl Body {
         if let Some(grab) = &mut self.effects.grab {
             grab.point = torn.point(&grab.point);
         }
+        self.controls.follow(|point| Some(torn.point(point)));
         let mut stitches = std::mem::take(&mut self.states.stitches);
         stitches.0.follow(&torn);
         self.topology = Arc::clone(&torn.topology);

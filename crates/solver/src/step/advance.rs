@@ -15,19 +15,25 @@ pub use super::{
 use super::kernels::{ElasticPass, Kernels, halves_of};
 pub(crate) use super::stage::{Acting, Solve};
 use crate::{
-    BodyEffectKind, Effects, ElasticKind, ExternalForce, ForceKind, Grains, Settings, Substep,
-    Threads, Topology,
+    BodyEffectKind, Effects, ElasticKind, ForceKind, Grains, Settings, Substep, Threads, Topology,
     colliders::inside::{WayOut, find_sides},
     direct::Iteration,
     effects::{
         body_effect::{BodyPass, Resting},
+        controls::ByParticle,
         free::Free,
         rod,
         workspace::Workspace,
     },
     executor::PhaseExecutor,
     force::Moment,
-    kernel::{block::Put, copies::Copies, moments::moments},
+    kernel::{
+        block::Put,
+        copies::Copies,
+        each::{InLanes, pass_over},
+        moments::moments,
+        strips::StripRows,
+    },
     layout::strips::Strips,
     parallel::scope::Side,
     particles::Part,
@@ -83,7 +89,7 @@ impl Stage {
         iteration: u32,
     ) -> [Option<(Task, Side)>; 4] {
         let Acting {
-            effects, stitched, ..
+            effects, outside, ..
         } = acting;
         let pass = (iteration, step.total_iterations(), step.is_last());
         let substep = step.index;
@@ -97,13 +103,10 @@ impl Stage {
             | Self::Contact
             | Self::SelfContact
             | Self::Joints => [None; 4],
-            _ if !self.acts(effects, stitched, step.method) => [None; 4],
-            Self::External => [
-                acting.pushed.then_some((Task::Push, Side::Whole)),
-                None,
-                None,
-                None,
-            ],
+            _ if !self.acts(effects, outside, step.method) => [None; 4],
+            Self::External => single(Task::Push, Side::Any),
+            Self::Pins => single(Task::MovePins { substep }, Side::Any),
+            Self::Grabs => single(Task::Grabs { substep, iteration }, Side::Whole),
             Self::Force(kind) => single(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {
                 let tasks = [Task::DampVelocity, Task::Begin].map(|task| Some((task, Side::Any)));
@@ -152,7 +155,7 @@ pub(super) fn tasks<'a>(
 ) -> impl Iterator<Item = (Task, Side)> + Clone + Send + Sync + use<'a> {
     let settings = context.settings;
     let effects = acting.effects;
-    let solve = Solve::of(effects, acting.stitched, settings.method);
+    let solve = Solve::of(effects, acting.outside, settings.method);
     let first = substeps.start;
     let mut forces = ForceKind::ALL
         .into_iter()
@@ -160,7 +163,7 @@ pub(super) fn tasks<'a>(
     let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
     // A `Watch` cannot distinguish two stages in one pass, and forces act between them.
     let damps = settings.method.keeps_speed().is_some();
-    let separate = context.watch.is_some() || acting.pushed || forces[0].is_some() || damps;
+    let separate = context.watch.is_some() || forces[0].is_some() || damps;
     let tasks = substeps.clone().flat_map(move |index| {
         let step = settings.substep(index);
         let before = index.checked_sub(1).filter(|_| index > first);
@@ -171,12 +174,14 @@ pub(super) fn tasks<'a>(
         let damping = damps.then_some((Task::DampVelocity, Side::Any));
         let of_stage =
             move |stage: Stage, iteration| stage.tasks(topology, acting, &step, iteration);
+        // `EndAndBegin` pushes, too.
+        let push = of_stage(Stage::External, 0).filter(move |_| previous.is_none());
         let iterations = solve
             .stages(step)
             .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
         let forces = forces.into_iter().flatten();
         end.into_iter()
-            .chain(of_stage(Stage::External, 0))
+            .chain(push)
             .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
             .chain(damping)
             .chain(iter::once((start, Side::Any)))
@@ -236,6 +241,9 @@ impl Stepper<'_> {
         self.states.recorded.prepare(particles, is_recorded);
         let positions = &self.particles.positions;
         self.states.others.begin_tick(effects, topology, positions);
+        if let Some(grabs) = &mut self.controls.grabs {
+            grabs.prepare(topology, positions);
+        }
     }
 
     /// Updates the states of those effects without elements that `act`.
@@ -269,7 +277,7 @@ impl Stepper<'_> {
     }
 
     /// Finds what is found once a tick, before its first substep: damage, colliders that particles are in,
-    /// and what can rotate freely.
+    /// on which particles an app acts, and what can rotate freely.
     fn look(&mut self, context: &StepContext) {
         self.states.is_touched = self.stitches.lead_outside();
         self.check_damage(context);
@@ -280,6 +288,9 @@ impl Stepper<'_> {
         let positions = &self.particles.positions;
         let found = self.states.scratch.found();
         find_sides(&mut found.sides, self.topology, positions, colliders);
+        found
+            .controls
+            .update(self.controls, self.topology, positions);
         if self.effects.wind.is_none() {
             found.loads = Vec::new();
         }
@@ -428,10 +439,7 @@ impl Stepper<'_> {
 
     /// What acts on the body, with these effects.
     pub(super) fn acting<'a>(&self, effects: &'a Effects, settings: &Settings) -> Acting<'a> {
-        let stitched = !self.stitches.is_empty();
-        let mut acting = Acting::of(effects, stitched, settings, self.free());
-        acting.pushed = self.force.is_some();
-        acting
+        Acting::of(effects, self.outside(), settings, self.free())
     }
 
     /// Prepares what the tasks of some substeps need.
@@ -626,7 +634,6 @@ pub(super) struct TaskContext<'a> {
     /// Length of a substep [s] for compliances, by the method.
     compliant: f32,
     pub kernels: Kernels<'a>,
-    force: Option<&'a ExternalForce>,
     friction: Friction,
 }
 
@@ -652,7 +659,6 @@ impl<'a> TaskContext<'a> {
             h,
             compliant,
             kernels: Kernels::new(effects, topology, compliant),
-            force: body.force,
             friction,
         }
     }
@@ -758,6 +764,27 @@ impl<'a> TaskContext<'a> {
         copies.end_and_begin(self.h, settings.gravity, instructions)
     }
 
+    /// Applies the force of an app to a piece, in lanes if it is there.
+    fn push(
+        &self,
+        controls: &ByParticle,
+        piece: &Piece,
+        rows: Option<&mut StripRows>,
+        mut part: Part,
+    ) {
+        let (all, instructions) = (controls.push_of_all(self.h), self.context.instructions);
+        match rows {
+            Some(rows) => {
+                rows.pass(&all, instructions);
+                controls.push_singles(&piece.particles, rows, self.h);
+            }
+            None => {
+                pass_over(part.reborrow(), &all, instructions);
+                controls.push_singles(&piece.particles, &mut part, self.h);
+            }
+        }
+    }
+
     /// Performs one task.
     ///
     /// # Safety
@@ -793,8 +820,30 @@ impl<'a> TaskContext<'a> {
         };
         match task {
             Task::Push => {
-                if let Some(force) = self.force {
-                    force.push(&mut part, self.h);
+                self.push(
+                    shared.controls(),
+                    piece,
+                    rows.as_mut().filter(|_| is_loaded),
+                    part,
+                );
+            }
+            Task::MovePins { substep } => {
+                let at = (substep, self.any.count);
+                let controls = shared.controls();
+                match rows.as_mut().filter(|_| is_loaded) {
+                    Some(rows) => controls.move_pins(&piece.particles, rows, at),
+                    None => controls.move_pins(&piece.particles, &mut part, at),
+                }
+            }
+            Task::Grabs { substep, iteration } => {
+                let at = ((substep, self.any.count), iteration);
+                let count = self.topology.particles();
+                // SAFETY: the whole body is one piece.
+                if let Some(grabs) = unsafe { shared.grabs() } {
+                    match rows.as_mut().filter(|_| is_loaded) {
+                        Some(rows) => grabs.pull(count, rows, self.h, at),
+                        None => grabs.pull(count, &mut part, self.h, at),
+                    }
                 }
             }
             Task::Force { kind, substep } => {
@@ -817,39 +866,56 @@ impl<'a> TaskContext<'a> {
             Task::Begin => {
                 // SAFETY: the caller's promise.
                 unsafe { shared.states.begin(&piece.particles) };
-                stages::presolve(part, self.h, settings.gravity, instructions);
+                match rows.as_mut().filter(|_| is_loaded) {
+                    Some(rows) => rows.begin(self.h, settings.gravity, instructions),
+                    None => stages::presolve(part, self.h, settings.gravity, instructions),
+                }
             }
             Task::EndAndBegin { substep } => {
                 // SAFETY: the caller's promise.
                 unsafe { shared.states.begin(&piece.particles) };
-                let gravity = settings.gravity;
+                let (h, gravity) = (self.h, settings.gravity);
+                let controls = shared.controls();
                 if let Some(rows) = rows.as_mut().filter(|_| is_loaded) {
-                    if rows.end(self.h, Some(gravity), instructions) {
+                    let is_apart = controls.push_single(&piece.particles);
+                    let pushes = [controls.push_of_all(h).0, gravity * (h * h)];
+                    let first = usize::from(!controls.push());
+                    let pushes = if is_apart { &[] } else { &pushes[first..] };
+                    if rows.end(h, pushes, instructions) {
+                        if is_apart {
+                            self.push(controls, piece, Some(rows), part);
+                            rows.begin(h, gravity, instructions);
+                        }
                         return Ok(());
                     }
-                    rows.store(&mut part, first, true, instructions);
+                    rows.store(&mut part, true, instructions);
                 }
-                stages::end_and_begin(part, self.h, gravity, instructions)
-                    .map_err(not_finite(substep))?;
+                if !controls.push() {
+                    return stages::end_and_begin(part, h, gravity, instructions)
+                        .map_err(not_finite(substep));
+                }
+                stages::postsolve(part.reborrow(), h, instructions).map_err(not_finite(substep))?;
+                self.push(controls, piece, None, part.reborrow());
+                stages::presolve(part, h, gravity, instructions);
             }
             Task::End { substep } => {
                 if let Some(rows) = rows.as_mut().filter(|_| is_loaded) {
-                    if rows.end(self.h, None, instructions) {
+                    if rows.end(self.h, &[], instructions) {
                         return Ok(());
                     }
-                    rows.store(&mut part, first, true, instructions);
+                    rows.store(&mut part, true, instructions);
                 }
                 stages::postsolve(part, self.h, instructions).map_err(not_finite(substep))?;
             }
             Task::Load { carried } => {
                 if let (Some(rows), Some(loaded)) = (&mut rows, loaded) {
-                    rows.load(&part, first, carried, instructions);
+                    rows.load(&part, carried, instructions);
                     loaded.fill(true);
                 }
             }
             Task::Store { moved } => {
                 if let (Some(rows), Some(loaded)) = (&rows, loaded) {
-                    rows.store(&mut part, first, moved, instructions);
+                    rows.store(&mut part, moved, instructions);
                     loaded.fill(false);
                 }
             }
@@ -893,13 +959,13 @@ impl<'a> TaskContext<'a> {
                         shared.touch(lanes != 0);
                         return Ok(());
                     }
-                    rows.store(&mut part, first, true, instructions);
+                    rows.store(&mut part, true, instructions);
                 }
                 // SAFETY: the caller's promise; an effect on the whole body has it in one piece.
                 let touched = unsafe { shared.states.solve(effect, piece, part.reborrow(), &pass) };
                 shared.touch(touched);
                 if let Some(rows) = &mut rows {
-                    rows.load(&part, first, true, instructions);
+                    rows.load(&part, true, instructions);
                 }
             }
             Task::Keep { .. } => match rows.as_mut().filter(|_| is_loaded) {

@@ -265,8 +265,8 @@ pub(super) fn advance(
     let iterations = substeps.len() * settings.substep(0).total_iterations() as usize;
     let mut apart: Vec<_> = bodies.iter_mut().filter(|it| it.is_alone()).collect();
     let are_copies = |a: &&mut GroupedBody, b: &&mut GroupedBody| {
-        let is_pushed = a.body.force.is_some() || b.body.force.is_some();
-        !tracked && !is_pushed && candidate(a).is_copy_of(&candidate(b), settings)
+        let are_free = a.body.controls.is_empty() && b.body.controls.is_empty();
+        !tracked && are_free && candidate(a).is_copy_of(&candidate(b), settings)
     };
     let size = |first: &&mut GroupedBody, copies, threads| {
         copies::group_size(first.body.topology, copies, threads, context.instructions)

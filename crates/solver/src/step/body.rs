@@ -1,7 +1,7 @@
 //! A body without Bevy: topology, particles and effects.
 
 use crate::{
-    Density, EffectStates, Effects, ExternalForce, ForceKind, Mass, Particles, Settings, Stitches,
+    Controls, Density, EffectStates, Effects, ForceKind, Mass, Particles, Settings, Stitches,
     Topology, VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     direct::DirectWorkspace,
@@ -86,10 +86,8 @@ pub struct Body {
     pub stitches: Stitches,
     /// Data of the direct solver, if it is used.
     pub direct: DirectWorkspace,
-    /// The force of an app, if there is one.
-    pub force: Option<ExternalForce>,
-    /// Whether an app holds it, so that it does not sleep; default false.
-    pub is_held: bool,
+    /// What an app does to it; by default nothing.
+    pub controls: Controls,
     /// Duration of rest.
     pub rest: RestTimer,
     /// When it sleeps; by default as the [world](crate::World::sleep) says.
@@ -119,8 +117,7 @@ impl Body {
             states: EffectStates::default(),
             stitches: Stitches::default(),
             direct: DirectWorkspace::default(),
-            force: None,
-            is_held: false,
+            controls: Controls::default(),
             rest: RestTimer::default(),
             sleep: None,
             asleep: false,
@@ -158,9 +155,14 @@ impl Body {
         }
     }
 
-    /// Begins a tick: puts a body with an input that is not sound into quarantine, allocates multipliers, and
-    /// stores the state at the start. Multipliers of elastic effects are kept for measurements, or not.
+    /// Begins a tick: applies an impulse, puts a body with an input that is not sound into quarantine, allocates
+    /// multipliers, and stores the state at the start. Multipliers of elastic effects are kept for measurements, or not.
     pub fn begin_tick(&mut self, keeps_multipliers: bool) {
+        if self.is_active()
+            && let Some(impulse) = self.controls.impulse.take()
+        {
+            impulse.apply(&mut self.particles);
+        }
         if let Some(particle) = self.particles.first_unfit(self.topology.particles()) {
             self.particles.restore_at_rest(&self.tick_start.positions);
             self.quarantine = Some(Quarantine {
@@ -182,7 +184,7 @@ impl Body {
             states: &mut self.states,
             stitches: &mut self.stitches,
             direct: &mut self.direct,
-            force: self.force.as_ref(),
+            controls: &mut self.controls,
         }
     }
 
@@ -226,9 +228,7 @@ impl Body {
             if let Some(grab) = &mut self.effects.grab {
                 grab.point = torn.point(&grab.point);
             }
-            if let Some(force) = &mut self.force {
-                force.follow(|point| Some(torn.point(point)));
-            }
+            self.controls.follow(|point| Some(torn.point(point)));
         }
         torn
     }
@@ -258,9 +258,7 @@ impl Body {
                     None => self.effects.grab = None,
                 }
             }
-            if let Some(force) = &mut self.force {
-                force.follow(|point| renewed.point(point));
-            }
+            self.controls.follow(|point| renewed.point(point));
         }
         renewed
     }
@@ -273,7 +271,7 @@ impl Body {
         gravity: Vec3,
         settings: &SleepSettings,
     ) -> bool {
-        if self.effects.grab.is_some() || self.is_held {
+        if self.effects.grab.is_some() || self.controls.hold_awake() {
             self.rest.reset();
             return false;
         }
@@ -339,8 +337,8 @@ impl Body {
         if earlier.is_empty() || replay.stepper().advance(earlier, context).is_ok() {
             let mut stepper = replay.stepper();
             stepper.begin(&step, context);
-            for kind in ForceKind::ALL {
-                let stage = Stage::Force(kind);
+            let forces = ForceKind::ALL.map(Stage::Force);
+            for stage in std::iter::once(Stage::External).chain(forces) {
                 // Only the last stage checks for non-finite values.
                 let _ = replay.stepper().stage(stage, &step, 0, context);
                 if let Some(found) = diverged_after(stage.name(), &replay) {
@@ -353,7 +351,8 @@ impl Body {
                     return found;
                 }
             }
-            let solve = Solve::of(&self.effects, !self.stitches.is_empty(), step.method);
+            let outside = replay.stepper().outside();
+            let solve = Solve::of(&self.effects, outside, step.method);
             for (stage, iteration) in solve.stages(step) {
                 let _ = replay.stepper().stage(stage, &step, iteration, context);
                 if let Some(found) = diverged_after(stage.name(), &replay) {

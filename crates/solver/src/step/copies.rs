@@ -13,7 +13,7 @@ use super::{
     spin,
 };
 use crate::{
-    BodyEffectKind, Effects, ElasticKind, Settings, Stitches, Topology,
+    BodyEffectKind, Effects, ElasticKind, Outside, Settings, Stitches, Topology,
     effects::{
         free::Free,
         workspace::{Columns, Workspace},
@@ -224,7 +224,7 @@ fn advance_lanes(
     let shared = bodies
         .each_mut()
         .map(|body| body.as_mut().map(|body| SharedBody::new(body, false)));
-    let acting = Acting::of(&effects, false, context.settings, free);
+    let acting = Acting::of(&effects, Outside::default(), context.settings, free);
     let tasks = tasks(&shape, acting, substeps, context);
     let is_in_between = |(task, _)| matches!(task, Task::EndAndBegin { .. });
     let others_act = |(task, _)| match task {

@@ -28,7 +28,7 @@
 //! Rigid effects (α = 0) store no energy; their work belongs to convergence.
 
 use crate::{
-    BodyEffectKind, ForceKind, Hold, Particles, Substep,
+    BodyEffectKind, ForceKind, Grabs, Hold, Particles, Substep,
     advance::{Friction, NotFinite, Solve, Stage, StepContext, Stepper},
     contact::ContactPart,
     effects::body_effect::{Store, WorkOf},
@@ -299,7 +299,7 @@ impl EnergyTracker {
     ) -> Result<Ledger, NotFinite> {
         self.draw(body, step, context);
         self.predict(body, step, context, false)?;
-        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        let solve = Solve::of(body.effects, body.outside(), step.method);
         for (stage, iteration) in solve.stages(*step) {
             self.stage(body, stage, step, iteration, context)?;
         }
@@ -345,6 +345,7 @@ impl EnergyTracker {
                 WorkOf::Grab => Cause::Grab,
                 WorkOf::Elasticity => Cause::Elastic,
             },
+            Stage::Pins | Stage::Grabs => Cause::Grab,
             _ => Cause::Elastic,
         };
         body.stage(stage, step, iteration, context)?;
@@ -388,7 +389,7 @@ impl EnergyTracker {
         Ok(ledger)
     }
 
-    /// Work of a grab that moves pins, against the elastic effects at the end of the substep [J].
+    /// Work of what moves pins, against the elastic effects at the end of the substep [J].
     /// Rigid effects and those without elements are left out: that work stays in convergence.
     fn work_on_pins(&self, body: &Stepper) -> f64 {
         struct Work<'a> {
@@ -412,11 +413,9 @@ impl EnergyTracker {
                 }
             }
         }
-        let moves_pins = body
-            .effects
-            .grab
-            .is_some_and(|grab| grab.hold == Hold::Pins);
-        if !moves_pins {
+        let grabs = body.controls.grabs.iter().flat_map(Grabs::iter);
+        let mut grabs = grabs.chain(&body.effects.grab);
+        if body.controls.targets.is_none() && !grabs.any(|grab| grab.hold == Hold::Pins) {
             return 0.0;
         }
         let ways = &self.causes[Cause::Grab as usize];
@@ -473,7 +472,7 @@ impl EnergyTracker {
         iteration: u32,
         context: &StepContext,
     ) -> Result<(), NotFinite> {
-        if !stage.acts(body.effects, !body.stitches.is_empty(), step.method) {
+        if !stage.acts(body.effects, body.outside(), step.method) {
             return Ok(());
         }
         let mut smooth = std::mem::take(&mut self.smooth);

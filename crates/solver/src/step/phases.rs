@@ -23,6 +23,10 @@ use std::iter::Peekable;
 pub(crate) enum Task {
     /// The force of an app.
     Push,
+    /// An app moves pins.
+    MovePins { substep: u32 },
+    /// Grabs of an app, in an iteration.
+    Grabs { substep: u32, iteration: u32 },
     /// A force field.
     Force { kind: ForceKind, substep: u32 },
     /// Velocities are damped after gravity.
@@ -71,6 +75,8 @@ impl Task {
     pub fn stage(self) -> Stage {
         match self {
             Self::Push => Stage::External,
+            Self::MovePins { .. } => Stage::Pins,
+            Self::Grabs { .. } => Stage::Grabs,
             Self::Force { kind, .. } => Stage::Force(kind),
             Self::DampVelocity | Self::Begin => Stage::Presolve,
             Self::Body { kind, .. } => Stage::Body(kind),

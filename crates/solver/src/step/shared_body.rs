@@ -8,10 +8,10 @@
 
 use super::stepper::Stepper;
 use crate::{
-    ElasticKind, Instructions, SegmentState,
+    ElasticKind, Grabs, Instructions, SegmentState,
     colliders::inside::WayOut,
     direct::DirectWorkspace,
-    effects::{body_kinds::SharedStates, force::Load},
+    effects::{body_kinds::SharedStates, controls::ByParticle, force::Load},
     kernel::{
         columns::Line,
         moments::{Moments, Turn},
@@ -46,6 +46,8 @@ pub(crate) struct SharedBody<'a> {
     direct: *mut DirectWorkspace,
     loads: *mut Vec<Load>,
     sides: *const [WayOut],
+    controls: *const ByParticle,
+    grabs: *mut Option<Grabs>,
     /// Displacements before internal constraints, and what these have done to the even pieces.
     before: Column<Vec4>,
     moments: Column<Moments>,
@@ -102,6 +104,7 @@ impl<'a> SharedBody<'a> {
         let scratch = body.states.scratch.found();
         let loads = &raw mut scratch.loads;
         let sides = &raw const scratch.sides[..];
+        let controls = &raw const scratch.controls;
         let longest = scratch.longest.map(|it| AtomicU32::new(it.to_bits()));
         let spin = &mut scratch.spin;
         Self {
@@ -118,6 +121,8 @@ impl<'a> SharedBody<'a> {
             direct: &raw mut *body.direct,
             loads,
             sides,
+            controls,
+            grabs: &raw mut body.controls.grabs,
             before: Column::of(&mut spin.before),
             moments: Column::of(&mut spin.sums),
             turn: &raw mut spin.turn,
@@ -179,7 +184,7 @@ impl<'a> SharedBody<'a> {
                 shared.loaded.part(piece.partitions.clone()),
             )
         };
-        let rows = StripRows::new(shared.strips, start, lines);
+        let rows = StripRows::new(shared.strips, (start, piece.particles.start), lines);
         Some((rows, loaded))
     }
 
@@ -195,7 +200,7 @@ impl<'a> SharedBody<'a> {
             unsafe {
                 if let Some((rows, [true])) = self.rows(&piece) {
                     let mut part = self.part(&piece);
-                    rows.store(&mut part, piece.particles.start, moved, instructions);
+                    rows.store(&mut part, moved, instructions);
                 }
             }
         }
@@ -320,6 +325,21 @@ impl<'a> SharedBody<'a> {
     pub fn sides(&self) -> &[WayOut] {
         // SAFETY: borrowed by `new`, and not written while it is shared.
         unsafe { &*self.sides }
+    }
+
+    /// What an app does to the body, by its particles.
+    pub fn controls(&self) -> &ByParticle {
+        // SAFETY: borrowed by `new`, and not written while it is shared.
+        unsafe { &*self.controls }
+    }
+
+    /// Grabs of an app.
+    ///
+    /// # Safety
+    /// During the lifetime of the reference, they are not requested again.
+    pub unsafe fn grabs(&self) -> Option<&mut Grabs> {
+        // SAFETY: borrowed by `new`; not aliased by the caller's promise.
+        unsafe { (*self.grabs).as_mut() }
     }
 
     /// Memory for a force.

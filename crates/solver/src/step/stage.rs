@@ -1,7 +1,7 @@
 //! The stages of a substep, in order.
 
 use crate::{
-    Damping, Effects, ForceKind, Method, Settings, Substep,
+    Damping, Effects, ForceKind, Method, Outside, Settings, Substep,
     effects::{
         body_effect::BodyPhase, body_kinds::BodyEffectKind, elastic_kind::ElasticKind, free::Free,
     },
@@ -14,6 +14,8 @@ use std::cmp::Reverse;
 pub enum Stage {
     /// A force of an app, before all fields.
     External,
+    /// An app moves pins, after the first stage.
+    Pins,
     /// A force field, before the first stage.
     Force(ForceKind),
     /// Positions are predicted.
@@ -22,6 +24,8 @@ pub enum Stage {
     Elastic(ElasticKind),
     /// An effect without elements.
     Body(BodyEffectKind),
+    /// Several grabs of an app.
+    Grabs,
     /// All elastic effects that are solved directly.
     Direct,
     /// Contact with other bodies.
@@ -73,9 +77,9 @@ const fn put<const N: usize>(
 /// At the end of the first stage.
 const PREDICTION: usize = count(BodyPhase::Prediction);
 
-/// In an iteration: direct solver, elastic effects, and others.
+/// In an iteration: direct solver, elastic effects, grabs of an app, and others.
 const ITERATION: usize =
-    1 + ElasticKind::COUNT + count(BodyPhase::Iteration) + count(BodyPhase::IterationEnd);
+    2 + ElasticKind::COUNT + count(BodyPhase::Iteration) + count(BodyPhase::IterationEnd);
 
 /// In a contact pass. Contacts between bodies are left to `together`.
 const CONTACT: usize = 2 + count(BodyPhase::Contact);
@@ -90,8 +94,9 @@ impl Stage {
             all[1 + kind] = Self::Elastic(ElasticKind::ALL[kind]);
             kind += 1;
         }
-        let (all, place) = put(all, 1 + kind, BodyPhase::Iteration);
-        put(all, place, BodyPhase::IterationEnd).0
+        let (mut all, place) = put(all, 1 + kind, BodyPhase::Iteration);
+        all[place] = Self::Grabs;
+        put(all, place + 1, BodyPhase::IterationEnd).0
     };
 
     /// Stages of a pass of a body with these effects, in order. Of the internal constraints those act
@@ -120,7 +125,9 @@ impl Stage {
         if all == Self::ITERATION {
             return self;
         }
-        let is_own = |stage: &Self| stage.is_internal() && stage.acts(effects, false, step.method);
+        let is_own = |stage: &Self| {
+            stage.is_internal() && stage.acts(effects, Outside::default(), step.method)
+        };
         let mut places = Self::ITERATION.into_iter().filter(is_own);
         let place = places.position(|stage| stage == self);
         let own = place.and_then(|place| all.into_iter().filter(is_own).nth(place));
@@ -158,15 +165,16 @@ impl Stage {
     };
 
     /// All stages, in the order of a substep.
-    pub const ALL: [Self; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 4] = {
-        let mut all = [Self::Presolve; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 4];
+    pub const ALL: [Self; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 5] = {
+        let mut all = [Self::Presolve; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 5];
         all[0] = Self::External;
         let mut place = 1;
         while place <= ForceKind::COUNT {
             all[place] = Self::Force(ForceKind::ALL[place - 1]);
             place += 1;
         }
-        let (mut all, mut place) = put(all, place + 1, BodyPhase::Prediction);
+        all[place + 1] = Self::Pins;
+        let (mut all, mut place) = put(all, place + 2, BodyPhase::Prediction);
         let mut index = 0;
         while index < ITERATION {
             all[place] = Self::ITERATION[index];
@@ -187,9 +195,8 @@ impl Stage {
     /// Stages at the end of the first stage, in order.
     pub(crate) fn prediction() -> impl Iterator<Item = Self> + Clone {
         let kinds = BodyEffectKind::ALL.iter().copied();
-        kinds
-            .filter(|kind| kind.phase() == BodyPhase::Prediction)
-            .map(Self::Body)
+        let effects = kinds.filter(|kind| kind.phase() == BodyPhase::Prediction);
+        std::iter::once(Self::Pins).chain(effects.map(Self::Body))
     }
 
     /// Index in [`Stage::ALL`].
@@ -206,6 +213,8 @@ impl Stage {
     pub const fn name(self) -> &'static str {
         match self {
             Self::External => "external_force",
+            Self::Pins => "pin_targets",
+            Self::Grabs => "grabs",
             Self::Force(kind) => kind.name(),
             Self::Presolve => "presolve",
             Self::Elastic(kind) => kind.name(),
@@ -226,10 +235,8 @@ impl Stage {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Acting<'a> {
     pub effects: &'a Effects,
-    /// Whether it has stitches.
-    pub stitched: bool,
-    /// Whether an app pushes it.
-    pub pushed: bool,
+    /// What acts on it from outside.
+    pub outside: Outside,
     /// The parts that keep their angular momentum.
     pub free: Free,
     /// The first and the last of the internal constraints in a pass, and in one without those that are
@@ -238,9 +245,9 @@ pub(crate) struct Acting<'a> {
 }
 
 impl<'a> Acting<'a> {
-    /// For a body with these effects, with or without stitches, which no app pushes, and of which these
-    /// parts can rotate freely.
-    pub fn of(effects: &'a Effects, stitched: bool, settings: &Settings, free: Free) -> Self {
+    /// For a body with these effects, on which this acts from outside, and of which these parts can rotate
+    /// freely.
+    pub fn of(effects: &'a Effects, outside: Outside, settings: &Settings, free: Free) -> Self {
         let free = if settings.keeps_spin() {
             free
         } else {
@@ -255,8 +262,7 @@ impl<'a> Acting<'a> {
         };
         Self {
             effects,
-            stitched,
-            pushed: false,
+            outside,
             free,
             internal: [ends(false), ends(true)],
         }
@@ -286,9 +292,9 @@ pub(crate) struct Solve {
 }
 
 impl Solve {
-    /// For a body with these effects, with or without stitches, and a method.
-    pub fn of(effects: &Effects, stitched: bool, method: Method) -> Self {
-        let acts = |stage: &Stage| stage.acts(effects, stitched, method);
+    /// For a body with these effects, on which this acts from outside, and a method.
+    pub fn of(effects: &Effects, outside: Outside, method: Method) -> Self {
+        let acts = |stage: &Stage| stage.acts(effects, outside, method);
         let all = Stage::iteration(effects, Direction::Forward);
         let mut present = all.into_iter().filter(acts);
         let iteration = std::array::from_fn(|_| present.next());
@@ -330,19 +336,27 @@ impl Stage {
     /// The internal constraints of an iteration, in order.
     pub(crate) fn internal(effects: &Effects, method: Method) -> impl Iterator<Item = Self> {
         let all = Self::iteration(effects, Direction::Forward).into_iter();
-        all.filter(move |stage| stage.is_internal() && stage.acts(effects, false, method))
+        let outside = Outside::default();
+        all.filter(move |stage| stage.is_internal() && stage.acts(effects, outside, method))
     }
 
     /// Whether it follows [`Joints`](Self::Joints) in an iteration.
     pub(crate) fn is_after_joints(self) -> bool {
-        matches!(self, Self::Body(kind) if kind.phase() == BodyPhase::IterationEnd)
+        match self {
+            Self::Grabs => true,
+            Self::Body(kind) => kind.phase() == BodyPhase::IterationEnd,
+            _ => false,
+        }
     }
 
-    /// Whether it affects a body with these effects, with or without stitches, under a method.
+    /// Whether it affects a body with these effects, on which this acts from outside, under a method.
     #[must_use]
-    pub fn acts(self, effects: &Effects, stitched: bool, method: Method) -> bool {
+    pub fn acts(self, effects: &Effects, outside: Outside, method: Method) -> bool {
         match self {
-            Self::External | Self::Presolve | Self::Postsolve => true,
+            Self::Presolve | Self::Postsolve => true,
+            Self::External => outside.pushed,
+            Self::Pins => outside.steered,
+            Self::Grabs => outside.grabbed,
             Self::Force(kind) => effects.has_force(kind),
             Self::Elastic(kind) => effects.iterates(kind, method),
             Self::Direct => effects.is_direct(method),
@@ -350,7 +364,7 @@ impl Stage {
             Self::Body(BodyEffectKind::Ground | BodyEffectKind::Collide) if effects.is_rigid() => {
                 false
             }
-            Self::Body(kind) => effects.carries(kind, stitched),
+            Self::Body(kind) => effects.carries(kind, outside.stitched),
             Self::Contact => effects.contact.is_some(),
             Self::SelfContact => effects.self_contact.is_some(),
             Self::Flow => effects.plasticity.is_some(),

@@ -69,13 +69,13 @@ impl Tick {
             }
             Ok(Ledger::default())
         };
-        let acts = |effects: &Effects, stitched| {
+        let acts = |effects: &Effects, outside| {
             let own = stage.in_its_place(effects, step, iteration);
-            own.acts(effects, stitched, step.method)
+            own.acts(effects, outside, step.method)
         };
         let each_that_has_it = |group: &mut [GroupedBody], context: &StepContext| {
             together::each(group, context, |it, context| {
-                if acts(it.body.effects, !it.body.stitches.is_empty()) {
+                if acts(it.body.effects, it.body.outside()) {
                     it.result = each(&mut it.body, context);
                 }
             });
@@ -104,7 +104,7 @@ impl Tick {
         self.work(
             bodies,
             1,
-            |body, context| match acts(body.effects, !body.stitches.is_empty()) {
+            |body, context| match acts(body.effects, body.outside()) {
                 true => each(body, context),
                 false => Ok(Ledger::default()),
             },

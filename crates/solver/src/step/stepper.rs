@@ -2,7 +2,7 @@
 
 use super::stage::Stage;
 use crate::{
-    EffectStates, Effects, ExternalForce, Particles, Settings, Stitches, Threads, Topology,
+    Controls, EffectStates, Effects, Outside, Particles, Settings, Stitches, Threads, Topology,
     colliders::collider::Swept, direct::DirectWorkspace, lanes::Instructions,
 };
 use std::{fmt, sync::Arc};
@@ -32,8 +32,8 @@ pub struct Stepper<'a> {
     pub stitches: &'a mut Stitches,
     /// Data of the direct solver, if it is used.
     pub direct: &'a mut DirectWorkspace,
-    /// The force of an app, if there is one.
-    pub force: Option<&'a ExternalForce>,
+    /// What an app does to it.
+    pub controls: &'a mut Controls,
 }
 
 impl Stepper<'_> {
@@ -46,8 +46,14 @@ impl Stepper<'_> {
             states: self.states,
             stitches: self.stitches,
             direct: self.direct,
-            force: self.force,
+            controls: self.controls,
         }
+    }
+
+    /// What acts on the body from outside.
+    #[must_use]
+    pub fn outside(&self) -> Outside {
+        self.controls.outside(!self.stitches.is_empty())
     }
 }
 

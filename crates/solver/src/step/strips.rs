@@ -56,14 +56,15 @@ impl InStrips {
         let mut all = tasks.clone();
         all.any(|(task, _)| is_solved(task)).then(|| Self {
             solved,
-            stay: tasks
-                .clone()
-                .any(|(task, _)| matches!(task, Task::EndAndBegin { .. }))
+            stay: has_several_substeps(tasks.clone())
                 && tasks.into_iter().all(|(task, _)| {
                     is_solved(task)
                         || matches!(
                             task,
-                            Task::Begin
+                            Task::Push
+                                | Task::Begin
+                                | Task::MovePins { .. }
+                                | Task::Grabs { .. }
                                 | Task::EndAndBegin { .. }
                                 | Task::End { .. }
                                 | Task::Keep { .. }
@@ -83,6 +84,13 @@ impl InStrips {
     pub fn stay(&self) -> bool {
         self.stay
     }
+}
+
+/// Whether a substep follows the end of another.
+fn has_several_substeps(tasks: impl Iterator<Item = (Task, Side)>) -> bool {
+    let is_end = |task| matches!(task, Task::EndAndBegin { .. } | Task::End { .. });
+    let mut from_end = tasks.skip_while(|(task, _)| !is_end(*task));
+    from_end.nth(1).is_some()
 }
 
 /// Mean fraction of the lanes that the constraints of an effect must fill to be solved faster than
@@ -137,7 +145,11 @@ impl<I: Iterator<Item = (Task, Side)>> Iterator for Moving<I> {
             Some((Task::Elastic { kind, .. }, _)) => strips.solved[kind as usize],
             Some((Task::Keep { .. }, _)) => strips.stay,
             Some((
-                Task::EndAndBegin { .. }
+                Task::Push
+                | Task::Begin
+                | Task::MovePins { .. }
+                | Task::Grabs { .. }
+                | Task::EndAndBegin { .. }
                 | Task::End { .. }
                 | Task::Body { .. }
                 | Task::Sum { .. }
@@ -166,11 +178,12 @@ impl<I: Iterator<Item = (Task, Side)>> Iterator for Moving<I> {
 mod tests {
     use super::*;
     use crate::{
-        Collide, Effects, Ground, RestShape, StickyGround, Stretch, Tethers, World, advance::tasks,
+        Collide, Effects, Ground, Outside, RestShape, StickyGround, Stretch, Tethers, World,
+        advance::tasks,
     };
     use glam::Vec3;
 
-    /// A grid stays in lanes for a tick where ground and colliders act, and not where tethers do.
+    /// A grid stays in lanes for a tick where ground, colliders and an app act, and not where tethers do.
     #[test]
     fn a_grid_stays_in_lanes_among_ground_and_colliders() {
         let side = 20;
@@ -197,11 +210,12 @@ mod tests {
             instructions: world.instructions,
             watch: None,
         };
-        let stays = |effects: &Effects| {
-            let acting = Acting::of(effects, false, &world.settings, Free::Whole);
+        let stays_with = |effects: &Effects, outside| {
+            let acting = Acting::of(effects, outside, &world.settings, Free::Whole);
             let tasks = tasks(&topology, acting, &(0..4), &context);
             InStrips::of(&topology, acting, tasks, &context).map(|it| it.stay())
         };
+        let stays = |effects: &Effects| stays_with(effects, Outside::default());
         let plain = Effects {
             stretch: Some(Stretch::default()),
             ..Effects::default()
@@ -223,6 +237,13 @@ mod tests {
         }
         assert_eq!(stays(&plain), Some(true));
         assert_eq!(stays(&contact), Some(true));
+        let controlled = Outside {
+            pushed: true,
+            steered: true,
+            grabbed: true,
+            ..Outside::default()
+        };
+        assert_eq!(stays_with(&contact, controlled), Some(true));
         assert_eq!(stays(&tethered), Some(false));
     }
 }

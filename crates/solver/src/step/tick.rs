@@ -416,6 +416,9 @@ impl Tick {
             if let Some(grab) = &mut body.effects.grab {
                 grab.end_tick(early, tick as f32);
             }
+            if let Some(grabs) = &mut body.controls.grabs {
+                grabs.end_tick(early, tick as f32);
+            }
             match body.is_active() {
                 true if body.is_still(seconds, settings.gravity, sleep) => Wakefulness::Still,
                 true => Wakefulness::Awake,
@@ -507,7 +510,12 @@ fn wake_disturbed(bodies: &mut [Member], colliders: &[SweptCollider]) {
 }
 
 fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
+    let (topology, particles) = (&body.topology, &body.particles);
+    let targets = body.controls.targets.as_ref();
+    let is_pinned = |i: usize| particles.positions[i].w == 0.0;
     body.effects.grab.is_some()
+        || body.controls.hold_awake()
+        || targets.is_some_and(|it| it.lead_away(topology, is_pinned, |i| particles.position(i)))
         || written(&body.particles, &body.tick_start.positions)
         || body.stitches.are_pulled(colliders)
         || disturbed(
@@ -521,13 +529,13 @@ fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
 impl Body {
     /// Whether the two can be stepped side by side.
     fn is_copy_of(&self, other: &Self, settings: &Settings) -> bool {
-        let is_pushed = self.force.is_some() || other.force.is_some();
+        let are_free = self.controls.is_empty() && other.controls.is_empty();
         let [body, other] = [self, other].map(|it| Candidate {
             topology: &it.topology,
             effects: &it.effects,
             stitches: Some(&it.stitches),
         });
-        !is_pushed && body.is_copy_of(&other, settings)
+        are_free && body.is_copy_of(&other, settings)
     }
 
     /// Whether it is stepped: neither sleeping nor in quarantine.

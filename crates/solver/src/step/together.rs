@@ -405,7 +405,7 @@ fn iterate(
     context: &StepContext,
 ) {
     it.work(|body, tracker| {
-        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        let solve = Solve::of(body.effects, body.outside(), step.method);
         let all = solve.constraints(step.direction(iteration));
         let mut stages = all.filter(move |stage| wanted(*stage));
         if let Some(tracker) = tracker {
@@ -430,7 +430,7 @@ fn solve_ground_and_colliders(
     context: &StepContext,
 ) {
     it.work(|body, tracker| {
-        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        let solve = Solve::of(body.effects, body.outside(), step.method);
         if let Some(tracker) = tracker {
             let mut stages = solve.contacts();
             return stages

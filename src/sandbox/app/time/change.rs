@@ -57,6 +57,7 @@ pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
         | Action::RemoveCollider { .. }
         | Action::Pin { .. }
         | Action::Unpin { .. }
+        | Action::Control { .. }
         | Action::Cut { .. }
         | Action::Deform { .. }
         | Action::ResetShape { .. }
@@ -233,6 +234,7 @@ fn title(world: &World, action: &Action) -> String {
         Action::RemoveCollider { .. } => "Delete collider".to_owned(),
         Action::Pin { .. } => "Pin".to_owned(),
         Action::Unpin { .. } => "Unpin".to_owned(),
+        Action::Control { body, .. } => format!("Control {}", name(body)),
         Action::Cut { .. } => "Cut".to_owned(),
         Action::Deform { deformation, .. } => match deformation {
             Deformation::Squash(_) => "Squash",
