@@ -78,21 +78,34 @@ impl PartsItem<'_, '_> {
         if let Some(direct) = &mut self.direct {
             swap(&mut direct.bypass_change_detection().0, &mut body.direct);
         }
-        let Controls {
-            force,
-            impulse,
-            targets,
-            grabs,
-        } = &mut body.controls;
-        exchange(&mut self.force, force);
-        exchange(&mut self.impulse, impulse);
-        exchange(&mut self.targets, targets);
-        exchange(&mut self.grabs, grabs);
+        if let Some(controls) = &mut body.controls {
+            let Controls {
+                force,
+                impulse,
+                targets,
+                grabs,
+            } = &mut **controls;
+            exchange(&mut self.force, force);
+            exchange(&mut self.impulse, impulse);
+            exchange(&mut self.targets, targets);
+            exchange(&mut self.grabs, grabs);
+        }
+    }
+
+    /// Whether an app does something to the body.
+    fn is_controlled(&self) -> bool {
+        self.force.is_some()
+            || self.impulse.is_some()
+            || self.targets.is_some()
+            || self.grabs.is_some()
     }
 
     /// Lends everything to an empty body.
     fn lend(&mut self, body: &mut Body) {
-        body.controls = Controls::default();
+        match self.is_controlled() {
+            true => *body.control() = Controls::default(),
+            false => body.controls = None,
+        }
         self.exchange(body);
         body.effects = self.carried.effects();
         body.density = self.density.0;
@@ -104,7 +117,11 @@ impl PartsItem<'_, '_> {
 
     /// Takes everything back. Returns whether the tick has applied an impulse.
     fn take_back(&mut self, body: &mut Body) -> bool {
-        let is_struck = self.impulse.is_some() && body.controls.impulse.is_none();
+        let is_left = body
+            .controls
+            .as_ref()
+            .is_some_and(|it| it.impulse.is_some());
+        let is_struck = self.impulse.is_some() && !is_left;
         self.exchange(body);
         self.rest.bypass_change_detection().0 = body.rest;
         if body.is_active() {

@@ -28,7 +28,9 @@ pub fn body(entity: EntityRef) -> Option<Body> {
         added_mass: entity.get::<AddedMass>()?.0.clone(),
         pins: entity.get::<Pins>()?.0.clone(),
         effects: effects(entity),
-        controls: controls(entity),
+        controls: Some(controls(entity))
+            .filter(|it| !it.is_empty())
+            .map(Box::new),
         stitches: entity.get::<Stitches>().cloned().unwrap_or_default(),
         rest: entity.get::<RestTimer>()?.0,
         sleep: entity.get::<BodySleep>().map(|it| it.0),
@@ -181,7 +183,9 @@ pub fn spawn_body(world: &mut World, body: &Body) -> Entity {
         SoftBody(Arc::clone(&body.topology)),
     ));
     insert_effects(&mut entity, &body.effects);
-    set_controls(&mut entity, &body.controls);
+    if let Some(controls) = &body.controls {
+        set_controls(&mut entity, controls);
+    }
     insert(
         &mut entity,
         (!body.stitches.is_empty()).then(|| body.stitches.clone()),

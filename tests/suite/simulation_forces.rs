@@ -350,7 +350,7 @@ fn controlled() -> solver::World {
     start.bodies.push(sheet);
     for body in &mut start.bodies {
         let (a, b) = (body.topology.rest[4], body.topology.rest[9]);
-        body.controls = Controls {
+        *body.control() = Controls {
             force: Some(ExternalForce::on_whole(Vec3::X).and_at(point(5), Vec3::Z * 0.3)),
             impulse: Some(
                 ExternalImpulse::on_whole(Vec3::Z * 0.2).and_at(point(7), Vec3::Y * 0.01),
@@ -383,9 +383,7 @@ fn the_reference_does_what_an_app_does() {
     }
     // It is more than gravity does.
     let mut free = controlled();
-    free.bodies
-        .iter_mut()
-        .for_each(|body| body.controls = Controls::default());
+    free.bodies.iter_mut().for_each(|body| body.controls = None);
     let mut free = reference::World::of(&free);
     (0..10).for_each(|_| free.tick());
     let off = |body: usize| free.bodies[body].x[20].distance(exact.bodies[body].x[20]);

@@ -397,7 +397,7 @@ fn what_the_pointer_and_an_app_do_leaves_bodies_in_lanes() {
                 best,
                 None,
             );
-            body.controls = controls.clone();
+            *body.control() = controls.clone();
             let acted = run(&body, &settings, best, None);
             assert_ne!(
                 state_bits(&acted.particles),

@@ -9,7 +9,7 @@ use crate::{
 pub fn stored_controls(bodies: &[Body]) -> Vec<(u32, &Controls)> {
     let all = (0..)
         .zip(bodies)
-        .map(|(index, body)| (index, &body.controls));
+        .filter_map(|(index, body)| Some((index, &**body.controls.as_ref()?)));
     all.filter(|(_, controls)| !controls.is_empty()).collect()
 }
 
@@ -25,7 +25,7 @@ pub fn set_controls(
                 "what an app does to body {index} is invalid"
             )));
         };
-        body.controls = controls;
+        *body.control() = controls;
     }
     Ok(())
 }

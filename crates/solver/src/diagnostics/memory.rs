@@ -24,7 +24,7 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
                 + body.tick_start.len() * size_of::<Vec4>()
                 + body.states.bytes()
                 + body.stitches.bytes()
-                + body.controls.bytes()
+                + body.controls.as_ref().map_or(0, |it| it.bytes())
                 + body.direct.bytes()
         })
         .sum()

@@ -90,7 +90,8 @@ impl Controls {
         let impulse = self.impulse.iter().map(|it| size_of_val(&it.points[..]));
         let targets = self.targets.iter().map(|it| size_of_val(&it.0[..]));
         let grabs = self.grabs.iter().map(Grabs::bytes);
-        force.chain(impulse).chain(targets).chain(grabs).sum()
+        let lists: usize = force.chain(impulse).chain(targets).chain(grabs).sum();
+        size_of::<Self>() + lists
     }
 
     /// Whether all their points and vertices are those of a body, and all forces and grabs are finite.
@@ -126,10 +127,13 @@ pub(crate) struct ByParticle {
 
 impl ByParticle {
     /// Finds them at the beginning of a tick, for a body with these positions [m] and inverse masses [1/kg].
-    pub fn update(&mut self, controls: &Controls, topology: &Topology, positions: &[Vec4]) {
+    pub fn update(&mut self, controls: Option<&Controls>, topology: &Topology, positions: &[Vec4]) {
         self.whole = DVec3::ZERO;
         self.pushes.clear();
         self.targets.clear();
+        let Some(controls) = controls else {
+            return;
+        };
         if let Some(force) = &controls.force {
             self.whole = force.acceleration(positions);
             let pushes = force.pushes(positions);
@@ -186,7 +190,7 @@ impl ByParticle {
     ) {
         let left = f64::from(substeps - substep);
         for (i, target) in within(&self.targets, particles) {
-            let way = target - singles.start(i);
+            let way = target - singles.single(i).start;
             singles.shift(i, way / left);
         }
     }
@@ -210,6 +214,7 @@ fn within<'a>(
 }
 
 /// A displacement of all free particles [m], as by gravity.
+#[derive(Clone, Copy)]
 pub(crate) struct PushAll(pub Vec3);
 
 impl ParticlePass for PushAll {

@@ -245,19 +245,22 @@ impl Grab {
             return;
         }
         let terms = self.terms(&state.patch);
-        let held = mean(terms.clone(), |i| singles.predicted(i));
+        let (mut held, mut start, mut weight) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for (i, b) in terms.clone() {
+            let single = singles.single(i);
+            held += single.predicted * b;
+            start += single.start * b;
+            weight += b * b * single.inverse_mass;
+        }
         let d = held - target;
         let distance = d.length();
-        let weights = terms.clone();
-        let weights = weights.map(|(i, b)| b * b * singles.inverse_mass(i));
-        let weight: f64 = weights.sum();
         if weight == 0.0 || distance == 0.0 {
             return;
         }
         let direction = d / distance;
         let alpha = f64::from(self.compliance) / (h * h);
         let gamma = f64::from(self.damping.get()) / h;
-        let moved = direction.dot(held - mean(terms.clone(), |i| singles.start(i)) - travel);
+        let moved = direction.dot(held - start - travel);
         let multiplier = f64::from(state.multiplier);
         let change =
             -(distance + alpha * multiplier + gamma * moved) / ((1.0 + gamma) * weight + alpha);
@@ -265,8 +268,7 @@ impl Grab {
         let next = (multiplier + change).clamp(-limit, limit);
         let push = direction * (next - multiplier);
         for (i, b) in terms {
-            let weight = b * singles.inverse_mass(i);
-            singles.shift(i, push * weight);
+            singles.push(i, push, b);
         }
         state.multiplier = next as f32;
     }

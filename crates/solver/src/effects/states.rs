@@ -3,7 +3,6 @@
 use super::{
     body_kinds::BodyEffectStates,
     controls::ByParticle,
-    force::Load,
     free::{Free, SpinState},
     rod,
     workspace::Workspace,
@@ -55,7 +54,7 @@ pub(crate) struct Found {
     /// What an app does to it.
     pub controls: ByParticle,
     /// Memory for a wind.
-    pub loads: Vec<Load>,
+    pub loads: Vec<Vec4>,
     /// The largest component of a displacement in any substep [m], from the value that is set before;
     /// `None` unless it is measured.
     pub longest: Option<f32>,

@@ -1,11 +1,79 @@
 //! Arithmetic on numbers and on vectors of them, each for one element or for all lanes.
 
-use std::ops::{Add, Mul, Sub};
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::f32x16;
+use fearless_simd::{Simd, f32x8, prelude::*};
+use glam::DVec3;
+use std::ops::{Add, Div, Mul, Sub};
 
 /// Numbers that can be added, subtracted and multiplied.
 pub trait Arithmetic: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {}
 
 impl<F: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>> Arithmetic for F {}
+
+/// Numbers of a formula that is written once, for one element in double and for all lanes in single precision.
+pub trait Number: Arithmetic + Div<Output = Self> {
+    /// A constant, in as many lanes.
+    fn of(self, constant: f64) -> Self;
+
+    /// Its square root.
+    fn root(self) -> Self;
+
+    /// The larger one of two.
+    fn or_more(self, least: Self) -> Self;
+}
+
+impl Number for f64 {
+    fn of(self, constant: f64) -> Self {
+        constant
+    }
+
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+
+    fn or_more(self, least: Self) -> Self {
+        self.max(least)
+    }
+}
+
+/// Numbers in lanes.
+macro_rules! numbers {
+    ($register:ident) => {
+        impl<S: Simd> Number for $register<S> {
+            #[inline(always)]
+            fn of(self, constant: f64) -> Self {
+                Self::splat(self.simd, constant as f32)
+            }
+
+            #[inline(always)]
+            fn root(self) -> Self {
+                self.sqrt()
+            }
+
+            #[inline(always)]
+            fn or_more(self, least: Self) -> Self {
+                self.max(least)
+            }
+        }
+    };
+}
+
+numbers!(f32x8);
+#[cfg(target_arch = "x86_64")]
+numbers!(f32x16);
+
+/// The constants of a vector.
+#[inline(always)]
+pub fn constants<F: Number>(like: F, vector: DVec3) -> [F; 3] {
+    [like.of(vector.x), like.of(vector.y), like.of(vector.z)]
+}
+
+/// a − b.
+#[inline(always)]
+pub fn minus<F: Arithmetic>(a: &[F; 3], b: &[F; 3]) -> [F; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
 
 /// a − b, without weights.
 #[inline(always)]

@@ -72,31 +72,33 @@ impl Rows<'_> {
         self.each(
             simd,
             #[inline(always)]
-            |pinned, before| {
-                let mut after = *before;
-                for state in &mut after {
-                    *state = arithmetic::end(*state);
-                }
+            |pinned, row| {
+                // A pin has no velocity, and where nothing has moved it, it is where it was.
+                let mut stays = pinned;
                 if pinned.any_true() {
-                    // A pin has no velocity, and where nothing has moved it, it is where it was.
                     let mut way = zero;
-                    for [_, moved, carried] in before {
-                        way = way.max((*moved - *carried).abs());
+                    for axis in 0..3 {
+                        let [_, u, c] = row.get(simd, axis);
+                        way = way.max((u - c).abs());
                     }
-                    let stays = pinned & way.simd_eq(zero);
-                    for (after, [p, u, c]) in after.iter_mut().zip(before) {
-                        let (position, carry) = arithmetic::exact_sum(*p, *u);
-                        let carry = stays.select(*c, carry);
-                        let pin = [stays.select(*p, position), carry, carry];
+                    stays = pinned & way.simd_eq(zero);
+                }
+                for axis in 0..3 {
+                    let [p, u, c] = row.get(simd, axis);
+                    let mut after = arithmetic::end([p, u, c]);
+                    if pinned.any_true() {
+                        let (position, carry) = arithmetic::exact_sum(p, u);
+                        let carry = stays.select(c, carry);
+                        let pin = [stays.select(p, position), carry, carry];
                         for (after, pin) in after.iter_mut().zip(pin) {
                             *after = pinned.select(pin, *after);
                         }
                     }
+                    for push in pushes {
+                        after = begin(simd, pinned, after, push[axis]);
+                    }
+                    row.put::<L>(axis, after);
                 }
-                for push in pushes {
-                    begin(simd, pinned, &mut after, *push);
-                }
-                after
             },
         );
     }
@@ -108,63 +110,79 @@ impl Rows<'_> {
         self.each(
             simd,
             #[inline(always)]
-            |pinned, before| {
-                let mut after = *before;
-                if pinned.any_true() {
-                    for [_, moved, carried] in &mut after {
-                        *moved = pinned.select(*carried, *moved);
-                    }
+            |pinned, row| {
+                for axis in 0..3 {
+                    let [p, u, c] = row.get(simd, axis);
+                    let state = [p, pinned.select(c, u), c];
+                    let after = begin(simd, pinned, state, push[axis]);
+                    row.put::<L>(axis, after);
                 }
-                begin(simd, pinned, &mut after, push);
-                after
             },
         );
     }
 
-    /// Replaces the position, the displacement and the carry of all particles, axis by axis; the mask tells
-    /// which of them are pinned.
+    /// Changes each row; the mask tells which of its particles are pinned.
     #[inline(always)]
-    fn each<L: Lanes>(
-        &mut self,
-        simd: L,
-        change: impl Fn(Mask<L>, &[[Floats<L>; 3]; 3]) -> [[Floats<L>; 3]; 3],
-    ) {
-        let zero = simd.number(0.0);
+    fn each<L: Lanes>(&mut self, simd: L, mut change: impl FnMut(Mask<L>, &mut Row)) {
         let Self { stride, first, .. } = *self;
         let particles = self.particles.chunks_exact_mut(COMPONENTS * stride);
         let carry = self.carry.chunks_exact_mut(CARRIED * stride);
         for (particle, carry) in particles.zip(carry) {
-            let number =
-                |column: &[f32], component| number(simd, column, component * stride + first);
-            let pinned = number(particle, 3).simd_eq(zero);
-            let mut before = [[zero; 3]; 3];
-            for (axis, state) in before.iter_mut().enumerate() {
-                *state = [
-                    number(particle, axis),
-                    number(particle, CARRIED + axis),
-                    number(carry, axis),
-                ];
-            }
-            for (axis, [p, u, c]) in change(pinned, &before).into_iter().enumerate() {
-                put::<L>(particle, axis * stride + first, p);
-                put::<L>(particle, (CARRIED + axis) * stride + first, u);
-                put::<L>(carry, axis * stride + first, c);
-            }
+            let weight = number(simd, particle, 3 * stride + first);
+            let pinned = weight.simd_eq(simd.number(0.0));
+            let mut row = Row {
+                particle,
+                carry,
+                stride,
+                first,
+            };
+            change(pinned, &mut row);
         }
+    }
+}
+
+/// A row of particles.
+struct Row<'a> {
+    particle: &'a mut [f32],
+    carry: &'a mut [f32],
+    stride: usize,
+    first: usize,
+}
+
+impl Row<'_> {
+    /// Position, displacement and carry along an axis [m].
+    #[inline(always)]
+    fn get<L: Lanes>(&self, simd: L, axis: usize) -> [Floats<L>; 3] {
+        let place = |component: usize| component * self.stride + self.first;
+        [
+            number(simd, self.particle, place(axis)),
+            number(simd, self.particle, place(CARRIED + axis)),
+            number(simd, self.carry, place(axis)),
+        ]
+    }
+
+    #[inline(always)]
+    fn put<L: Lanes>(&mut self, axis: usize, [p, u, c]: [Floats<L>; 3]) {
+        let Self { stride, first, .. } = *self;
+        put::<L>(self.particle, axis * stride + first, p);
+        put::<L>(self.particle, (CARRIED + axis) * stride + first, u);
+        put::<L>(self.carry, axis * stride + first, c);
     }
 }
 
 /// A mask of as many lanes as numbers have.
 type Mask<L> = <Floats<L> as SimdBase<L>>::Mask;
 
-/// Begins a substep: a force moves what is not pinned.
+/// Begins a substep along an axis: a force moves what is not pinned.
 #[inline(always)]
-fn begin<L: Lanes>(simd: L, pinned: Mask<L>, states: &mut [[Floats<L>; 3]; 3], push: Vec3) {
-    for ([_, moved, carried], push) in states.iter_mut().zip(push.to_array()) {
-        let [next, carry] = arithmetic::begin([*moved, *carried], simd.number(push));
-        *moved = pinned.select(*moved, next);
-        *carried = pinned.select(*carried, carry);
-    }
+fn begin<L: Lanes>(
+    simd: L,
+    pinned: Mask<L>,
+    [p, u, c]: [Floats<L>; 3],
+    push: f32,
+) -> [Floats<L>; 3] {
+    let [next, carry] = arithmetic::begin([u, c], simd.number(push));
+    [p, pinned.select(u, next), pinned.select(c, carry)]
 }
 
 /// Whether the answer to a question is yes for any of some particles, whose components have a number in
@@ -190,7 +208,7 @@ pub(super) fn any(
 pub(super) fn pass(
     [particles, carry]: [&mut [Line]; 2],
     (stride, width): (usize, usize),
-    pass: &impl ParticlePass,
+    pass: impl ParticlePass,
     instructions: Instructions,
 ) -> u64 {
     let mut acted = 0;
@@ -275,14 +293,15 @@ struct Passed<'a, P> {
     particles: &'a mut [f32],
     carry: &'a mut [f32],
     stride: usize,
-    pass: &'a P,
+    /// By value: what it needs stays in registers.
+    pass: P,
     acted: &'a mut u64,
 }
 
 impl<P: ParticlePass> SimdWork for Passed<'_, P> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let stride = self.stride;
+        let Self { stride, pass, .. } = self;
         let particles = self.particles.chunks_exact_mut(COMPONENTS * stride);
         let carries = self.carry.chunks_exact_mut(CARRIED * stride);
         for (particle, carries) in particles.zip(carries) {
@@ -292,7 +311,7 @@ impl<P: ParticlePass> SimdWork for Passed<'_, P> {
                 let mut moved = [at(CARRIED), at(CARRIED + 1), at(CARRIED + 2)];
                 let carried = |axis| number(simd, carries, axis * stride + first);
                 let mut carry = [carried(0), carried(1), carried(2)];
-                let acted = self.pass.act(simd, &position, &mut moved, &mut carry);
+                let acted = pass.act(simd, &position, &mut moved, &mut carry);
                 if acted != 0 {
                     *self.acted |= acted << first;
                     for axis in 0..3 {

@@ -52,7 +52,7 @@ pub(crate) type CopiedMultipliers = Vec<f32>;
 
 impl Copies {
     /// Reads the particles of the first `lanes` copies, with carries if they are `carried`: for damped
-    /// constraints, and for [`end_and_begin`](Self::end_and_begin). Lanes without a copy repeat
+    /// constraints, and for [`end`](Self::end). Lanes without a copy repeat
     /// another.
     ///
     /// # Panics
@@ -115,32 +115,45 @@ impl Copies {
         }
     }
 
-    /// The last stage of a substep of `h` seconds and the first of the next, with gravity [m/s²], as
+    /// The last stage of a substep of `h` seconds, and with displacements by forces [m] the first of the next, as
     /// [`stages::end_and_begin`](crate::step::stages::end_and_begin). Returns whether all
     /// displacements and velocities are finite; otherwise nothing has moved.
     ///
     /// # Panics
     /// Unless carries were read.
-    pub(crate) fn end_and_begin(
-        &mut self,
-        h: f32,
-        gravity: Vec3,
-        instructions: Instructions,
-    ) -> bool {
+    pub(crate) fn end(&mut self, h: f32, pushes: &[Vec3], instructions: Instructions) -> bool {
         assert!(
             self.carry.len() * 2 == self.particles.len(),
             "copies have carries"
         );
         let mut is_finite = false;
         let lanes = self.lanes;
-        let work = EndAndBegin {
+        let work = End {
             copies: self,
             per_second: 1.0 / h,
-            pushes: &[gravity * (h * h)],
+            pushes,
             is_finite: &mut is_finite,
         };
         instructions.run_in(lanes, work);
         is_finite
+    }
+
+    /// The first stage of a substep of `h` seconds with gravity [m/s²], as
+    /// [`stages::presolve`](crate::step::stages::presolve).
+    pub(crate) fn begin(&mut self, h: f32, gravity: Vec3, instructions: Instructions) {
+        let lanes = self.lanes;
+        let push = gravity * (h * h);
+        instructions.run_in(lanes, Begin { copies: self, push });
+    }
+
+    /// The particles as rows of as many lanes.
+    fn rows(&mut self, lanes: usize) -> Rows<'_> {
+        Rows {
+            particles: flat_mut(&mut self.particles),
+            carry: flat_mut(&mut self.carry),
+            stride: lanes,
+            first: 0,
+        }
     }
 
     /// The largest component of a displacement of each copy [m].
@@ -215,7 +228,7 @@ impl InLanes for Copies {
         columns::any(&self.particles, lanes, question, instructions)
     }
 
-    fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64 {
+    fn pass(&mut self, pass: impl ParticlePass, instructions: Instructions) -> u64 {
         let lanes = (self.lanes, self.lanes);
         columns::pass(
             [&mut self.particles, &mut self.carry],
@@ -308,25 +321,34 @@ impl SimdWork for Store<'_> {
     }
 }
 
-/// [`Copies::end_and_begin`].
-struct EndAndBegin<'a> {
+/// [`Copies::begin`].
+struct Begin<'a> {
+    copies: &'a mut Copies,
+    /// h²g [m].
+    push: Vec3,
+}
+
+impl SimdWork for Begin<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        self.copies.rows(L::LANES).begin(simd, self.push);
+    }
+}
+
+/// [`Copies::end`].
+struct End<'a> {
     copies: &'a mut Copies,
     /// 1/h [1/s].
     per_second: f32,
-    /// h²g [m].
+    /// By forces [m].
     pushes: &'a [Vec3],
     is_finite: &'a mut bool,
 }
 
-impl SimdWork for EndAndBegin<'_> {
+impl SimdWork for End<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let mut rows = Rows {
-            particles: flat_mut(&mut self.copies.particles),
-            carry: flat_mut(&mut self.copies.carry),
-            stride: L::LANES,
-            first: 0,
-        };
+        let mut rows = self.copies.rows(L::LANES);
         *self.is_finite = rows.are_finite(simd, self.per_second);
         if *self.is_finite {
             rows.end(simd, self.pushes);

@@ -13,7 +13,7 @@ pub trait InLanes {
 
     /// Performs a pass over the particles, whose carries must be in lanes, too; returns the lanes in
     /// which it acted, as bits.
-    fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64;
+    fn pass(&mut self, pass: impl ParticlePass, instructions: Instructions) -> u64;
 
     /// Single particles, whose carries must be in lanes, too; `None` of copies of a body.
     fn singles(&mut self) -> Option<&mut impl Singles>;
@@ -21,38 +21,46 @@ pub trait InLanes {
 
 /// Single particles of a piece of a body, by their numbers in it.
 pub trait Singles {
-    /// Inverse mass [1/kg].
-    fn inverse_mass(&self, i: usize) -> f64;
-
-    /// Position at the start of the substep [m]: p + c.
-    fn start(&self, i: usize) -> DVec3;
-
-    /// Position within a substep [m]: p + u.
-    fn predicted(&self, i: usize) -> DVec3;
+    /// A particle.
+    fn single(&self, i: usize) -> Single;
 
     /// Moves a particle within a substep [m].
     fn shift(&mut self, i: usize, by: DVec3);
+
+    /// Moves a particle within a substep, by a multiplier times a direction [kg·m] and a weight.
+    fn push(&mut self, i: usize, by: DVec3, weight: f64);
 
     /// Adds to the displacement of a particle before a substep [m]. The rounding error of the displacement
     /// is not lost to the velocity, as in the first stage.
     fn accelerate(&mut self, i: usize, by: DVec3);
 }
 
+/// A particle within a substep.
+#[derive(Debug, Clone, Copy)]
+pub struct Single {
+    /// Inverse mass [1/kg].
+    pub inverse_mass: f64,
+    /// Position at the start of the substep [m]: p + c.
+    pub start: DVec3,
+    /// Position now [m]: p + u.
+    pub predicted: DVec3,
+}
+
 impl Singles for Part<'_> {
-    fn inverse_mass(&self, i: usize) -> f64 {
-        self.positions[i].w.into()
-    }
-
-    fn start(&self, i: usize) -> DVec3 {
-        Part::start(self, i)
-    }
-
-    fn predicted(&self, i: usize) -> DVec3 {
-        Part::predicted(self, i)
+    fn single(&self, i: usize) -> Single {
+        Single {
+            inverse_mass: self.positions[i].w.into(),
+            start: self.start(i),
+            predicted: self.predicted(i),
+        }
     }
 
     fn shift(&mut self, i: usize, by: DVec3) {
         Part::shift(self, i, by);
+    }
+
+    fn push(&mut self, i: usize, by: DVec3, weight: f64) {
+        Part::shift(self, i, by * (weight * f64::from(self.positions[i].w)));
     }
 
     fn accelerate(&mut self, i: usize, by: DVec3) {
@@ -63,7 +71,7 @@ impl Singles for Part<'_> {
 }
 
 /// A displacement and a carry [m] after an addition to the displacement: see [`Singles::accelerate`].
-pub(super) fn accelerated([u, c]: [Vec4; 2], by: DVec3) -> [Vec4; 2] {
+pub(crate) fn accelerated([u, c]: [Vec4; 2], by: DVec3) -> [Vec4; 2] {
     let wide = |x: Vec4| x.truncate().as_dvec3();
     let wanted = wide(u) + by;
     let next = wanted.as_vec3().extend(0.0);
@@ -79,7 +87,7 @@ pub trait Question {
 }
 
 /// A pass over particles in lanes.
-pub trait ParticlePass {
+pub trait ParticlePass: Copy {
     /// Changes the displacements and carries [m] of particles at these positions [m], with inverse
     /// masses in w. Returns the lanes in which it acted, as bits; nothing has changed in others. Inverse
     /// masses are 0 in lanes without a particle.
@@ -93,7 +101,7 @@ pub trait ParticlePass {
 }
 
 /// Performs a pass over the particles of a piece; returns whether it acted on any.
-pub(crate) fn pass_over(part: Part, pass: &impl ParticlePass, instructions: Instructions) -> bool {
+pub(crate) fn pass_over(part: Part, pass: impl ParticlePass, instructions: Instructions) -> bool {
     let mut acted = false;
     let work = PassOver {
         part,
@@ -106,7 +114,8 @@ pub(crate) fn pass_over(part: Part, pass: &impl ParticlePass, instructions: Inst
 
 struct PassOver<'a, 'b, P> {
     part: Part<'b>,
-    pass: &'a P,
+    /// By value: what it needs stays in registers.
+    pass: P,
     acted: &'a mut bool,
 }
 

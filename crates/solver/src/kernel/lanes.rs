@@ -14,6 +14,8 @@
 
 pub use crate::layout::width::{MAX_WIDTH, WIDTH};
 
+use super::arithmetic::Number;
+
 use crate::layout::corner::Corner;
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 use fearless_simd::Fallback;
@@ -25,7 +27,7 @@ use glam::Vec4;
 /// An instruction set for which kernels are compiled, with [`WIDTH`] or [`MAX_WIDTH`] lanes.
 pub trait Lanes: Simd {
     /// A number in each lane.
-    type Floats: SimdFloat<Self, Element = f32> + SimdWiden<Self, Widened = Self::Doubles>;
+    type Floats: SimdFloat<Self, Element = f32> + SimdWiden<Self, Widened = Self::Doubles> + Number;
 
     /// A number in double precision in each of half of the lanes.
     type Doubles: SimdFloat<Self, Element = f64> + SimdNarrow<Self, Narrowed = Self::Floats>;

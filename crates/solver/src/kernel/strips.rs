@@ -16,7 +16,7 @@
 use super::{
     block::{Block, Blocks, Projected},
     columns::{self, CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
-    each::{InLanes, ParticlePass, Question, Singles, accelerated},
+    each::{InLanes, ParticlePass, Question, Single, Singles, accelerated},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, set_bits},
     moments::{self, Moments, Turn},
 };
@@ -286,7 +286,7 @@ impl InLanes for StripRows<'_> {
         columns::any(self.particles, lanes, question, instructions)
     }
 
-    fn pass(&mut self, pass: &impl ParticlePass, instructions: Instructions) -> u64 {
+    fn pass(&mut self, pass: impl ParticlePass, instructions: Instructions) -> u64 {
         let lanes = (MAX_WIDTH, instructions.widest());
         columns::pass([self.particles, self.carry], lanes, pass, instructions)
     }
@@ -317,6 +317,12 @@ impl StripRows<'_> {
         }
     }
 
+    /// Adds to the displacement at a place [m].
+    fn shift_at(&mut self, place: usize, by: DVec3) {
+        let moved = wide(Self::vector(self.particles, place)) + by;
+        Self::set(self.particles, place, moved.as_vec3().extend(0.0));
+    }
+
     /// Displacement and carry of a particle [m].
     fn motion(&self, i: usize) -> [Vec4; 2] {
         let [place, carry] = self.places(i);
@@ -328,27 +334,26 @@ impl StripRows<'_> {
 }
 
 impl Singles for StripRows<'_> {
-    fn inverse_mass(&self, i: usize) -> f64 {
-        let [place, _] = self.places(i);
-        flat(self.particles)[place + 3 * MAX_WIDTH].into()
-    }
-
-    fn start(&self, i: usize) -> DVec3 {
+    fn single(&self, i: usize) -> Single {
         let [place, carry] = self.places(i);
-        wide(Self::vector(self.particles, place)) + wide(Self::vector(self.carry, carry))
-    }
-
-    fn predicted(&self, i: usize) -> DVec3 {
-        let [place, _] = self.places(i);
+        let position = wide(Self::vector(self.particles, place));
         let moved = Self::vector(self.particles, place + CARRIED * MAX_WIDTH);
-        wide(Self::vector(self.particles, place)) + wide(moved)
+        Single {
+            inverse_mass: flat(self.particles)[place + 3 * MAX_WIDTH].into(),
+            start: position + wide(Self::vector(self.carry, carry)),
+            predicted: position + wide(moved),
+        }
     }
 
     fn shift(&mut self, i: usize, by: DVec3) {
         let [place, _] = self.places(i);
-        let place = place + CARRIED * MAX_WIDTH;
-        let moved = wide(Self::vector(self.particles, place)) + by;
-        Self::set(self.particles, place, moved.as_vec3().extend(0.0));
+        self.shift_at(place + CARRIED * MAX_WIDTH, by);
+    }
+
+    fn push(&mut self, i: usize, by: DVec3, weight: f64) {
+        let [place, _] = self.places(i);
+        let inverse_mass = f64::from(flat(self.particles)[place + 3 * MAX_WIDTH]);
+        self.shift_at(place + CARRIED * MAX_WIDTH, by * (weight * inverse_mass));
     }
 
     fn accelerate(&mut self, i: usize, by: DVec3) {

@@ -366,7 +366,7 @@ impl Body {
                 .map(|spin| spin.truncate().as_dvec3())
                 .collect(),
             effects: Effects::default(),
-            controls: body.controls.clone(),
+            controls: body.controls.as_deref().cloned().unwrap_or_default(),
             grab_states: Vec::new(),
             states: ReferenceStates {
                 stitches: (body.stitches.clone(), Vec::new()),

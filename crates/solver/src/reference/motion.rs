@@ -135,8 +135,7 @@ impl Body {
                     v: v[i as usize].get(),
                     w: w[i as usize],
                 };
-                let loads = &mut Vec::new();
-                force.act(topology, self.1, at, loads, |i, change| {
+                force.act(topology, self.1, at, |i, change| {
                     let weight = weight(i);
                     if w[i as usize] > 0.0 && weight > 0.0 {
                         v[i as usize].set(v[i as usize].get() + change * weight);

@@ -26,7 +26,7 @@ use crate::{
         workspace::Workspace,
     },
     executor::PhaseExecutor,
-    force::Moment,
+    force::{ForcedBody, Moment},
     kernel::{
         block::Put,
         copies::Copies,
@@ -107,7 +107,13 @@ impl Stage {
             Self::External => single(Task::Push, Side::Any),
             Self::Pins => single(Task::MovePins { substep }, Side::Any),
             Self::Grabs => single(Task::Grabs { substep, iteration }, Side::Whole),
-            Self::Force(kind) => single(Task::Force { kind, substep }, Side::Whole),
+            Self::Force(kind) => {
+                let side = match effects.pushes_in_lanes(kind) {
+                    true => Side::Any,
+                    false => Side::Whole,
+                };
+                single(Task::Force { kind, substep }, side)
+            }
             Self::Presolve if step.method.keeps_speed().is_some() => {
                 let tasks = [Task::DampVelocity, Task::Begin].map(|task| Some((task, Side::Any)));
                 [tasks[0], tasks[1], None, None]
@@ -241,7 +247,8 @@ impl Stepper<'_> {
         self.states.recorded.prepare(particles, is_recorded);
         let positions = &self.particles.positions;
         self.states.others.begin_tick(effects, topology, positions);
-        if let Some(grabs) = &mut self.controls.grabs {
+        let controls = self.controls.as_mut();
+        if let Some(grabs) = controls.and_then(|it| it.grabs.as_mut()) {
             grabs.prepare(topology, positions);
         }
     }
@@ -290,7 +297,7 @@ impl Stepper<'_> {
         find_sides(&mut found.sides, self.topology, positions, colliders);
         found
             .controls
-            .update(self.controls, self.topology, positions);
+            .update(self.controls.as_deref(), self.topology, positions);
         if self.effects.wind.is_none() {
             found.loads = Vec::new();
         }
@@ -753,15 +760,36 @@ impl<'a> TaskContext<'a> {
         unsafe { shared.states.solve_in_lanes(effect, piece, copies, &pass) }
     }
 
-    /// Ends a substep and begins the next for copies of the body; returns whether they are finite,
-    /// and otherwise changes nothing.
-    pub fn end_and_begin(&self, copies: &mut Copies) -> bool {
-        let StepContext {
-            settings,
-            instructions,
-            ..
-        } = *self.context;
-        copies.end_and_begin(self.h, settings.gravity, instructions)
+    /// Ends a substep for copies of the body, and begins the next one if one follows in the same pass; returns
+    /// whether they are finite, and otherwise changes nothing.
+    pub fn end(&self, copies: &mut Copies, begins: bool) -> bool {
+        let push = self.context.settings.gravity * (self.h * self.h);
+        let pushes = [push];
+        let pushes = if begins { &pushes[..] } else { &[] };
+        copies.end(self.h, pushes, self.context.instructions)
+    }
+
+    /// Begins a substep for copies of the body.
+    pub fn begin(&self, copies: &mut Copies) {
+        let gravity = self.context.settings.gravity;
+        copies.begin(self.h, gravity, self.context.instructions);
+    }
+
+    /// Applies a force that acts on each particle by itself to those in lanes.
+    pub fn push_in_lanes(&self, kind: ForceKind, substep: u32, lanes: &mut impl InLanes) {
+        let (moment, instructions) = (self.moment(substep), self.context.instructions);
+        let effects = &self.effects;
+        effects.push_in_lanes(kind, &moment, lanes, instructions);
+    }
+
+    /// Time of the forces of a substep.
+    fn moment(&self, substep: u32) -> Moment {
+        let settings = self.context.settings;
+        Moment {
+            time: self.context.time + settings.substep_seconds() * f64::from(substep),
+            h: self.h.into(),
+            gravity: settings.gravity.as_dvec3(),
+        }
     }
 
     /// Applies the force of an app to a piece, in lanes if it is there.
@@ -775,11 +803,11 @@ impl<'a> TaskContext<'a> {
         let (all, instructions) = (controls.push_of_all(self.h), self.context.instructions);
         match rows {
             Some(rows) => {
-                rows.pass(&all, instructions);
+                rows.pass(all, instructions);
                 controls.push_singles(&piece.particles, rows, self.h);
             }
             None => {
-                pass_over(part.reborrow(), &all, instructions);
+                pass_over(part.reborrow(), all, instructions);
                 controls.push_singles(&piece.particles, &mut part, self.h);
             }
         }
@@ -847,16 +875,23 @@ impl<'a> TaskContext<'a> {
                 }
             }
             Task::Force { kind, substep } => {
-                let h = settings.substep_seconds();
-                let moment = Moment {
-                    time: self.context.time + h * f64::from(substep),
-                    h: self.h.into(),
-                    gravity: settings.gravity.as_dvec3(),
-                };
-                // SAFETY: the whole body is one piece.
-                let loads = unsafe { shared.loads() };
-                self.effects
-                    .push(kind, (self.topology, moment), loads, part);
+                let moment = self.moment(substep);
+                if !self.effects.pushes_in_lanes(kind) {
+                    // SAFETY: the whole body is one piece.
+                    let loads = unsafe { shared.loads() };
+                    let body = ForcedBody {
+                        topology: self.topology,
+                        moment,
+                        loads,
+                        part,
+                        instructions,
+                    };
+                    self.effects.push(kind, body);
+                } else if let Some(rows) = rows.as_mut().filter(|_| is_loaded) {
+                    self.push_in_lanes(kind, substep, rows);
+                } else {
+                    self.effects.push_on(kind, &moment, part, instructions);
+                }
             }
             Task::DampVelocity => {
                 if let Some(kept) = self.any.method.keeps_speed() {

@@ -265,7 +265,7 @@ pub(super) fn advance(
     let iterations = substeps.len() * settings.substep(0).total_iterations() as usize;
     let mut apart: Vec<_> = bodies.iter_mut().filter(|it| it.is_alone()).collect();
     let are_copies = |a: &&mut GroupedBody, b: &&mut GroupedBody| {
-        let are_free = a.body.controls.is_empty() && b.body.controls.is_empty();
+        let are_free = a.body.controls.is_none() && b.body.controls.is_none();
         !tracked && are_free && candidate(a).is_copy_of(&candidate(b), settings)
     };
     let size = |first: &&mut GroupedBody, copies, threads| {

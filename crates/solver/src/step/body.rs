@@ -86,8 +86,8 @@ pub struct Body {
     pub stitches: Stitches,
     /// Data of the direct solver, if it is used.
     pub direct: DirectWorkspace,
-    /// What an app does to it; by default nothing.
-    pub controls: Controls,
+    /// What an app does to it; by default nothing. See [`control`](Self::control).
+    pub controls: Option<Box<Controls>>,
     /// Duration of rest.
     pub rest: RestTimer,
     /// When it sleeps; by default as the [world](crate::World::sleep) says.
@@ -117,7 +117,7 @@ impl Body {
             states: EffectStates::default(),
             stitches: Stitches::default(),
             direct: DirectWorkspace::default(),
-            controls: Controls::default(),
+            controls: None,
             rest: RestTimer::default(),
             sleep: None,
             asleep: false,
@@ -137,6 +137,26 @@ impl Body {
             &self.added_mass,
             &self.pins,
         );
+    }
+
+    /// What an app does to it, to be set: forces, impulses, targets of pins, grabs.
+    ///
+    /// ```
+    /// use glam::Vec3;
+    /// use pliant_solver::{Body, Density, ExternalForce, RestShape, Topology};
+    /// use std::sync::Arc;
+    ///
+    /// let shape = RestShape {
+    ///     vertices: vec![Vec3::ZERO, Vec3::X], // m
+    ///     edges: vec![[0, 1]],
+    ///     ..RestShape::default()
+    /// };
+    /// let mut rope = Body::new("rope", Arc::new(Topology::new(shape)?), Density::of(0.1));
+    /// rope.control().force = Some(ExternalForce::on_whole(Vec3::X * 2.0)); // N
+    /// # Ok::<(), pliant_solver::TopologyError>(())
+    /// ```
+    pub fn control(&mut self) -> &mut Controls {
+        self.controls.get_or_insert_default()
     }
 
     /// Moves the whole body by `offset` [m].
@@ -159,7 +179,7 @@ impl Body {
     /// multipliers, and stores the state at the start. Multipliers of elastic effects are kept for measurements, or not.
     pub fn begin_tick(&mut self, keeps_multipliers: bool) {
         if self.is_active()
-            && let Some(impulse) = self.controls.impulse.take()
+            && let Some(impulse) = self.controls.as_mut().and_then(|it| it.impulse.take())
         {
             impulse.apply(&mut self.particles);
         }
@@ -228,7 +248,9 @@ impl Body {
             if let Some(grab) = &mut self.effects.grab {
                 grab.point = torn.point(&grab.point);
             }
-            self.controls.follow(|point| Some(torn.point(point)));
+            if let Some(controls) = &mut self.controls {
+                controls.follow(|point| Some(torn.point(point)));
+            }
         }
         torn
     }
@@ -258,7 +280,9 @@ impl Body {
                     None => self.effects.grab = None,
                 }
             }
-            self.controls.follow(|point| renewed.point(point));
+            if let Some(controls) = &mut self.controls {
+                controls.follow(|point| renewed.point(point));
+            }
         }
         renewed
     }
@@ -271,7 +295,8 @@ impl Body {
         gravity: Vec3,
         settings: &SleepSettings,
     ) -> bool {
-        if self.effects.grab.is_some() || self.controls.hold_awake() {
+        let is_held = self.controls.as_ref().is_some_and(|it| it.hold_awake());
+        if self.effects.grab.is_some() || is_held {
             self.rest.reset();
             return false;
         }

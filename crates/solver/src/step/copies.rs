@@ -11,6 +11,7 @@ use super::{
     phases::{Phase, Phases, Task},
     shared_body::SharedBody,
     spin,
+    strips::has_several_substeps,
 };
 use crate::{
     BodyEffectKind, Effects, ElasticKind, Outside, Settings, Stitches, Topology,
@@ -226,15 +227,15 @@ fn advance_lanes(
         .map(|body| body.as_mut().map(|body| SharedBody::new(body, false)));
     let acting = Acting::of(&effects, Outside::default(), context.settings, free);
     let tasks = tasks(&shape, acting, substeps, context);
-    let is_in_between = |(task, _)| matches!(task, Task::EndAndBegin { .. });
     let others_act = |(task, _)| match task {
+        Task::Force { kind, .. } => !effects.pushes_in_lanes(kind),
         Task::Elastic { .. } | Task::Begin | Task::EndAndBegin { .. } | Task::End { .. } => false,
         Task::Keep { .. } | Task::Sum { .. } | Task::TurnBack { .. } => false,
         Task::FindTurn { .. } => free == Free::Parts,
         Task::Body { kind, .. } => is_kept || !kind.is_in_lanes(),
         _ => true,
     };
-    let stays = tasks.clone().any(is_in_between) && !tasks.clone().any(others_act);
+    let stays = has_several_substeps(tasks.clone()) && !tasks.clone().any(others_act);
     let mut work = Lanes {
         count: lanes,
         contexts: &contexts,
@@ -253,6 +254,7 @@ fn advance_lanes(
             work.act(task, &phase);
         }
     }
+    work.store(&shape.partitions.whole()[0]);
     work.store_multipliers();
     let found = shared.map(|shared| shared.map(|it| (it.touched(), it.longest())));
     for ((body, result), found) in bodies.iter_mut().zip(results).zip(found) {
@@ -308,10 +310,7 @@ impl Lanes<'_, '_> {
         if let Task::Elastic { kind, pass } = task {
             return self.solve(kind, pass, phase);
         }
-        if matches!(task, Task::EndAndBegin { .. })
-            && self.stays
-            && self.end_and_begin(&phase.pieces[0])
-        {
+        if self.stays && self.are_loaded && self.around(task, &phase.pieces[0]) {
             return;
         }
         if let Task::Body {
@@ -392,29 +391,56 @@ impl Lanes<'_, '_> {
         true
     }
 
-    /// Ends a substep and begins the next in lanes, if the copies are loaded and finite; returns
-    /// whether it has done so.
-    fn end_and_begin(&mut self, piece: &Piece) -> bool {
+    /// Performs a task around the constraints of a substep in lanes: its end, if the copies are finite, its
+    /// beginning, or a force. Returns whether it has done so.
+    fn around(&mut self, task: Task, piece: &Piece) -> bool {
         let Some(context) = self.contexts.iter().flatten().next() else {
             return false;
         };
-        if !self.are_loaded {
-            return false;
+        let copies = &mut self.columns.copies;
+        match task {
+            Task::End { .. } => return self.end(piece, false),
+            Task::EndAndBegin { .. } => return self.end(piece, true),
+            Task::Begin => context.begin(copies),
+            Task::Force { kind, substep } => context.push_in_lanes(kind, substep, copies),
+            _ => return false,
         }
+        self.have_moved = true;
+        if matches!(task, Task::Begin) {
+            self.begin_states(piece);
+        }
+        true
+    }
+
+    /// Begins a substep of the states of effects without elements.
+    fn begin_states(&self, piece: &Piece) {
+        for (shared, result) in self.shared.iter().zip(&*self.results) {
+            if let (Some(shared), Ok(())) = (shared, result) {
+                // SAFETY: the bodies are borrowed, and this thread has them alone.
+                unsafe { shared.states.begin(&piece.particles) };
+            }
+        }
+    }
+
+    /// Ends a substep in lanes, if the copies are finite, and begins the next one if one follows in the same
+    /// pass; returns whether it has done so.
+    fn end(&mut self, piece: &Piece, begins: bool) -> bool {
+        let Some(context) = self.contexts.iter().flatten().next() else {
+            return false;
+        };
         let is_measured = self.shared.iter().flatten().any(SharedBody::is_measured);
         let longest = is_measured.then(|| self.columns.copies.longest(self.context.instructions));
-        if !context.end_and_begin(&mut self.columns.copies) {
+        if !context.end(&mut self.columns.copies, begins) {
             return false;
         }
         self.have_moved = true;
         for (lane, (shared, result)) in self.shared.iter().zip(&*self.results).enumerate() {
-            if let (Some(shared), Ok(())) = (shared, result) {
-                if let Some(longest) = longest {
-                    shared.measure(longest[lane]);
-                }
-                // SAFETY: the bodies are borrowed, and this thread has them alone.
-                unsafe { shared.states.begin(&piece.particles) };
+            if let (Some(shared), Ok(()), Some(longest)) = (shared, result, longest) {
+                shared.measure(longest[lane]);
             }
+        }
+        if begins {
+            self.begin_states(piece);
         }
         true
     }

@@ -413,9 +413,11 @@ impl EnergyTracker {
                 }
             }
         }
-        let grabs = body.controls.grabs.iter().flat_map(Grabs::iter);
+        let controls = body.controls.as_deref();
+        let grabs = controls.and_then(|it| it.grabs.as_ref());
+        let grabs = grabs.into_iter().flat_map(Grabs::iter);
         let mut grabs = grabs.chain(&body.effects.grab);
-        if body.controls.targets.is_none() && !grabs.any(|grab| grab.hold == Hold::Pins) {
+        if !body.outside().steered && !grabs.any(|grab| grab.hold == Hold::Pins) {
             return 0.0;
         }
         let ways = &self.causes[Cause::Grab as usize];

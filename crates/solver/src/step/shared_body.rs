@@ -11,7 +11,7 @@ use crate::{
     ElasticKind, Grabs, Instructions, SegmentState,
     colliders::inside::WayOut,
     direct::DirectWorkspace,
-    effects::{body_kinds::SharedStates, controls::ByParticle, force::Load},
+    effects::{body_kinds::SharedStates, controls::ByParticle},
     kernel::{
         columns::Line,
         moments::{Moments, Turn},
@@ -44,10 +44,10 @@ pub(crate) struct SharedBody<'a> {
     /// States of effects without elements.
     pub states: SharedStates,
     direct: *mut DirectWorkspace,
-    loads: *mut Vec<Load>,
+    loads: *mut Vec<Vec4>,
     sides: *const [WayOut],
     controls: *const ByParticle,
-    grabs: *mut Option<Grabs>,
+    grabs: Option<*mut Grabs>,
     /// Displacements before internal constraints, and what these have done to the even pieces.
     before: Column<Vec4>,
     moments: Column<Moments>,
@@ -105,6 +105,8 @@ impl<'a> SharedBody<'a> {
         let loads = &raw mut scratch.loads;
         let sides = &raw const scratch.sides[..];
         let controls = &raw const scratch.controls;
+        let given = body.controls.as_deref_mut();
+        let grabs = given.and_then(|it| it.grabs.as_mut());
         let longest = scratch.longest.map(|it| AtomicU32::new(it.to_bits()));
         let spin = &mut scratch.spin;
         Self {
@@ -122,7 +124,7 @@ impl<'a> SharedBody<'a> {
             loads,
             sides,
             controls,
-            grabs: &raw mut body.controls.grabs,
+            grabs: grabs.map(|grabs| &raw mut *grabs),
             before: Column::of(&mut spin.before),
             moments: Column::of(&mut spin.sums),
             turn: &raw mut spin.turn,
@@ -339,14 +341,14 @@ impl<'a> SharedBody<'a> {
     /// During the lifetime of the reference, they are not requested again.
     pub unsafe fn grabs(&self) -> Option<&mut Grabs> {
         // SAFETY: borrowed by `new`; not aliased by the caller's promise.
-        unsafe { (*self.grabs).as_mut() }
+        self.grabs.map(|grabs| unsafe { &mut *grabs })
     }
 
     /// Memory for a force.
     ///
     /// # Safety
     /// During the lifetime of the reference, it is not requested again.
-    pub unsafe fn loads(&self) -> &mut Vec<Load> {
+    pub unsafe fn loads(&self) -> &mut Vec<Vec4> {
         // SAFETY: borrowed by `new`; exclusive by the caller's promise.
         unsafe { &mut *self.loads }
     }

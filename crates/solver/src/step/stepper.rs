@@ -33,7 +33,7 @@ pub struct Stepper<'a> {
     /// Data of the direct solver, if it is used.
     pub direct: &'a mut DirectWorkspace,
     /// What an app does to it.
-    pub controls: &'a mut Controls,
+    pub controls: &'a mut Option<Box<Controls>>,
 }
 
 impl Stepper<'_> {
@@ -53,7 +53,13 @@ impl Stepper<'_> {
     /// What acts on the body from outside.
     #[must_use]
     pub fn outside(&self) -> Outside {
-        self.controls.outside(!self.stitches.is_empty())
+        let stitched = !self.stitches.is_empty();
+        let none = Outside {
+            stitched,
+            ..Outside::default()
+        };
+        let controls = self.controls.as_ref();
+        controls.map_or(none, |it| it.outside(stitched))
     }
 }
 

@@ -73,6 +73,7 @@ impl InStrips {
                         )
                         || matches!(task, Task::FindTurn { .. }) && acting.free == Free::Whole
                         || matches!(task, Task::Body { kind, .. } if kind.is_in_lanes())
+                        || matches!(task, Task::Force { kind, .. } if effects.pushes_in_lanes(kind))
                 }),
             are_damped: ElasticKind::ALL
                 .into_iter()
@@ -87,7 +88,7 @@ impl InStrips {
 }
 
 /// Whether a substep follows the end of another.
-fn has_several_substeps(tasks: impl Iterator<Item = (Task, Side)>) -> bool {
+pub(super) fn has_several_substeps(tasks: impl Iterator<Item = (Task, Side)>) -> bool {
     let is_end = |task| matches!(task, Task::EndAndBegin { .. } | Task::End { .. });
     let mut from_end = tasks.skip_while(|(task, _)| !is_end(*task));
     from_end.nth(1).is_some()
@@ -146,6 +147,7 @@ impl<I: Iterator<Item = (Task, Side)>> Iterator for Moving<I> {
             Some((Task::Keep { .. }, _)) => strips.stay,
             Some((
                 Task::Push
+                | Task::Force { .. }
                 | Task::Begin
                 | Task::MovePins { .. }
                 | Task::Grabs { .. }

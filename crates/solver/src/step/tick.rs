@@ -416,7 +416,8 @@ impl Tick {
             if let Some(grab) = &mut body.effects.grab {
                 grab.end_tick(early, tick as f32);
             }
-            if let Some(grabs) = &mut body.controls.grabs {
+            let controls = body.controls.as_mut();
+            if let Some(grabs) = controls.and_then(|it| it.grabs.as_mut()) {
                 grabs.end_tick(early, tick as f32);
             }
             match body.is_active() {
@@ -511,10 +512,11 @@ fn wake_disturbed(bodies: &mut [Member], colliders: &[SweptCollider]) {
 
 fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
     let (topology, particles) = (&body.topology, &body.particles);
-    let targets = body.controls.targets.as_ref();
+    let controls = body.controls.as_ref();
+    let targets = controls.and_then(|it| it.targets.as_ref());
     let is_pinned = |i: usize| particles.positions[i].w == 0.0;
     body.effects.grab.is_some()
-        || body.controls.hold_awake()
+        || controls.is_some_and(|it| it.hold_awake())
         || targets.is_some_and(|it| it.lead_away(topology, is_pinned, |i| particles.position(i)))
         || written(&body.particles, &body.tick_start.positions)
         || body.stitches.are_pulled(colliders)
@@ -529,7 +531,7 @@ fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
 impl Body {
     /// Whether the two can be stepped side by side.
     fn is_copy_of(&self, other: &Self, settings: &Settings) -> bool {
-        let are_free = self.controls.is_empty() && other.controls.is_empty();
+        let are_free = self.controls.is_none() && other.controls.is_none();
         let [body, other] = [self, other].map(|it| Candidate {
             topology: &it.topology,
             effects: &it.effects,

@@ -1,10 +1,12 @@
 //! Point force.
 
-use super::law::{Force, ForceKind, Load, Moment, Mote};
+use super::law::{Field, ForceKind, Moment};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Finite, Length, Topology};
-use glam::DVec3;
+use crate::{
+    Finite, Length,
+    kernel::arithmetic::{Number, constants, dot, minus, scaled},
+};
 use serde::{Deserialize, Serialize};
 
 /// Attraction to a point, as by gravity: a = −s d/(d² + r²)^(3/2), with d the vector from the point
@@ -43,24 +45,16 @@ impl Default for Attract {
     }
 }
 
-impl Force for Attract {
+impl Field for Attract {
     const KIND: ForceKind = ForceKind::Attract;
 
-    fn act(
-        &self,
-        topology: &Topology,
-        moment: Moment,
-        at: impl Fn(u32) -> Mote,
-        _: &mut Vec<Load>,
-        mut push: impl FnMut(u32, DVec3),
-    ) {
-        let center = Finite::vector([self.x, self.y, self.z]);
+    #[inline(always)]
+    fn change<N: Number>(&self, moment: &Moment, position: [N; 3], _: [N; 3]) -> [N; 3] {
         let strength = f64::from(self.strength.get()) * moment.h;
         let radius = f64::from(self.radius.get());
-        for i in 0..topology.particles() as u32 {
-            let d = at(i).x - center;
-            let square = d.length_squared() + radius * radius;
-            push(i, d * (-strength / (square * square.sqrt())));
-        }
+        let center = Finite::vector([self.x, self.y, self.z]);
+        let d = minus(&position, &constants(position[0], center));
+        let square = dot(&d, &d) + position[0].of(radius * radius);
+        scaled(&d, position[0].of(-strength) / (square * square.root()))
     }
 }

@@ -1,9 +1,12 @@
 //! Flow around, along and towards an axis.
 
-use super::law::{Force, ForceKind, Load, Moment, Mote, approach};
+use super::law::{Field, ForceKind, Moment, approach};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Coefficient, Finite, Length, Topology};
+use crate::{
+    Coefficient, Finite, Length,
+    kernel::arithmetic::{Number, constants, cross, dot, minus, scaled},
+};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -70,34 +73,40 @@ impl Axis {
     /// Velocity of the air at a position [m/s].
     #[must_use]
     pub fn air(&self, place: DVec3) -> DVec3 {
+        self.air_at(place.into()).into()
+    }
+
+    #[inline(always)]
+    fn air_at<N: Number>(&self, place: [N; 3]) -> [N; 3] {
+        let like = place[0];
         let direction = Finite::vector([self.toward_x, self.toward_y, self.toward_z]);
         let direction = direction.try_normalize().unwrap_or(DVec3::Y);
-        let arm = place - Finite::vector([self.x, self.y, self.z]);
-        let arm = arm.reject_from_normalized(direction);
+        let direction = constants(like, direction);
+        let from = Finite::vector([self.x, self.y, self.z]);
+        let arm = minus(&place, &constants(like, from));
+        let arm = minus(&arm, &scaled(&direction, dot(&arm, &direction)));
         let radius = f64::from(self.radius.get());
-        let slower = (radius * radius / arm.length_squared().max(radius * radius)).min(1.0);
-        let [along, around, inward] =
-            [self.along, self.around, self.inward].map(|speed| f64::from(speed.get()));
-        let turning = direction.cross(arm) * around - arm * inward;
-        (direction * along + turning / radius) * slower
+        let square = like.of(radius * radius);
+        let slower = square / dot(&arm, &arm).or_more(square);
+        let around = scaled(
+            &cross(&direction, &arm),
+            like.of(f64::from(self.around) / radius),
+        );
+        let inward = scaled(&arm, like.of(f64::from(self.inward) / radius));
+        let along = scaled(&direction, like.of(self.along.into()));
+        let [x, y, z] = minus(&around, &inward);
+        let air = [along[0] + x, along[1] + y, along[2] + z];
+        scaled(&air, slower)
     }
 }
 
-impl Force for Axis {
+impl Field for Axis {
     const KIND: ForceKind = ForceKind::Axis;
 
-    fn act(
-        &self,
-        topology: &Topology,
-        moment: Moment,
-        at: impl Fn(u32) -> Mote,
-        _: &mut Vec<Load>,
-        mut push: impl FnMut(u32, DVec3),
-    ) {
+    #[inline(always)]
+    fn change<N: Number>(&self, moment: &Moment, position: [N; 3], v: [N; 3]) -> [N; 3] {
         let fraction = approach(self.coupling.get().into(), moment);
-        for i in 0..topology.particles() as u32 {
-            let mote = at(i);
-            push(i, (self.air(mote.x) - moment.coasting(mote.v)) * fraction);
-        }
+        let missing = minus(&self.air_at(position), &v);
+        scaled(&missing, v[0].of(fraction))
     }
 }

@@ -1,10 +1,12 @@
 //! Drag of a medium at rest.
 
-use super::law::{Force, ForceKind, Load, Moment, Mote};
+use super::law::{Field, ForceKind, Moment};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Coefficient, Topology};
-use glam::DVec3;
+use crate::{
+    Coefficient,
+    kernel::arithmetic::{Number, dot, scaled},
+};
 use serde::{Deserialize, Serialize};
 
 /// Drag of a medium at rest on every particle: dv/dt = −(c + k‖v‖) v.
@@ -43,26 +45,19 @@ impl Default for Drag {
     }
 }
 
-impl Force for Drag {
+impl Field for Drag {
     const KIND: ForceKind = ForceKind::Drag;
 
-    fn act(
-        &self,
-        topology: &Topology,
-        moment: Moment,
-        at: impl Fn(u32) -> Mote,
-        _: &mut Vec<Load>,
-        mut push: impl FnMut(u32, DVec3),
-    ) {
-        let (linear, quadratic) = (
-            f64::from(self.linear.get()),
-            f64::from(self.quadratic.get()),
-        );
-        for i in 0..topology.particles() as u32 {
-            let v = moment.coasting(at(i).v);
-            let slower = 1.0 + linear * moment.h;
-            let root = (slower * slower + 4.0 * quadratic * moment.h * v.length()).sqrt();
-            push(i, v * (2.0 / (slower + root) - 1.0));
-        }
+    #[inline(always)]
+    fn change<N: Number>(&self, moment: &Moment, _: [N; 3], v: [N; 3]) -> [N; 3] {
+        let quadratic = f64::from(self.quadratic.get());
+        // With b = ch, the factor 2/(1 + b + r) of v less 1, without a difference of near numbers.
+        let b = v[0].of(f64::from(self.linear.get()) * moment.h);
+        let (one, two) = (v[0].of(1.0), v[0].of(2.0));
+        let more = v[0].of(4.0 * quadratic * moment.h) * dot(&v, &v).root();
+        let over = b * (two + b) + more;
+        let root = (one + over).root();
+        let lost = (b + over / (root + one)) / (one + b + root);
+        scaled(&v, v[0].of(0.0) - lost)
     }
 }

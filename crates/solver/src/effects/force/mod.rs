@@ -3,10 +3,10 @@
 //! that, times the weight of the particle where the body
 //! carries a [`ForceMask`](crate::ForceMask).
 //!
-//! Each has one formula, in `f64`, shared by the fast solver and the reference; tests compare it
-//! with closed forms. A body is processed on one thread. Most forces are cheap compared with
-//! constraints. Gusts are not: they are evaluated per triangle and substep, though they remember
-//! the cells of their noise.
+//! Each has one formula, shared by the fast solver and the reference; tests compare it with closed forms.
+//! A [`Field`], whose force on a particle depends on this one alone, acts in lanes, in single precision, and
+//! wind on triangles does. The others are evaluated in double precision, on one thread. Gusts are dear: they are evaluated per triangle and substep, though
+//! they remember the cells of their noise.
 
 pub(crate) mod attract;
 pub(crate) mod axis;
@@ -20,53 +20,12 @@ pub(crate) mod uniform;
 pub(crate) mod vortex;
 pub(crate) mod wind;
 
-pub use law::{Force, Load, Moment, Mote, VisitForces};
+pub use law::{Field, Force, ForcedBody, Moment, Mote, VisitForces};
 
 use crate::{
-    Attract, Axis, Drag, Effects, ForceKind, Stream, Topology, Turbulence, Uniform, Vortex, Wind,
-    particles::Part,
+    Attract, Axis, Drag, Effects, ForceKind, Instructions, Stream, Topology, Turbulence, Uniform,
+    Vortex, Wind, kernel::each::InLanes, particles::Part,
 };
-use glam::Vec4;
-use std::cell::Cell;
-
-/// Applies a force to the particles of a body, each by its weight from 0 to 1.
-fn on_particles(
-    force: &impl Force,
-    weight: impl Fn(u32) -> f64,
-    (topology, moment): (&Topology, Moment),
-    loads: &mut Vec<Load>,
-    part: Part,
-) {
-    let Part {
-        positions,
-        displacements,
-        carry,
-        ..
-    } = part;
-    let wide = |x: Vec4| x.truncate().as_dvec3();
-    let displacements = Cell::from_mut(displacements).as_slice_of_cells();
-    let carry = Cell::from_mut(carry).as_slice_of_cells();
-    let at = |i: u32| {
-        let i = i as usize;
-        let (x, c) = (positions[i], wide(carry[i].get()));
-        Mote {
-            x: wide(x) + c,
-            v: (wide(displacements[i].get()) - c) / moment.h,
-            w: x.w.into(),
-        }
-    };
-    force.act(topology, moment, at, loads, |i, change| {
-        let weight = weight(i);
-        if positions[i as usize].w > 0.0 && weight > 0.0 {
-            let (u, c) = (&displacements[i as usize], &carry[i as usize]);
-            let now = wide(u.get()) + change * weight * moment.h;
-            u.set(now.as_vec3().extend(0.0));
-            // The rounding error of u is not lost to the velocity, as in the first stage.
-            let lost = now - wide(u.get());
-            c.set((wide(c.get()) - lost).as_vec3().extend(0.0));
-        }
-    });
-}
 
 impl Effects {
     /// Weight with which force fields act on each particle, from 0 to 1: that of the
@@ -102,19 +61,55 @@ macro_rules! forces {
                 })*
             }
 
-            /// Applies one of the forces.
+            /// Whether the force acts on each particle by itself, also [in
+            /// lanes](Self::push_in_lanes).
+            pub(crate) fn pushes_in_lanes(&self, kind: ForceKind) -> bool {
+                self.force_mask.is_none_or(|mask| mask.is_whole()) && match kind {
+                    $(ForceKind::$force => <$force as Force>::IS_FIELD,)*
+                }
+            }
+
+            /// Applies such a force to particles in lanes.
+            pub(crate) fn push_in_lanes(
+                &self,
+                kind: ForceKind,
+                moment: &Moment,
+                particles: &mut impl InLanes,
+                instructions: Instructions,
+            ) {
+                match kind {
+                    $(ForceKind::$force => if let Some(force) = &self.$field {
+                        force.act_in_lanes(moment, particles, instructions);
+                    },)*
+                }
+            }
+
+            /// Applies such a force to the particles of a piece.
+            pub(crate) fn push_on(
+                &self,
+                kind: ForceKind,
+                moment: &Moment,
+                part: Part,
+                instructions: Instructions,
+            ) {
+                match kind {
+                    $(ForceKind::$force => if let Some(force) = &self.$field {
+                        force.act_on(moment, part, instructions);
+                    },)*
+                }
+            }
+
+            /// Applies one of the other forces to the whole body.
             pub(crate) fn push(
                 &self,
                 kind: ForceKind,
-                at: (&Topology, Moment),
-                loads: &mut Vec<Load>,
-                part: Part,
+                body: ForcedBody,
             ) {
                 match kind {
                     $(ForceKind::$force => match (&self.$field, &self.force_mask) {
-                        (Some(force), None) => on_particles(force, |_| 1.0, at, loads, part),
+                        (Some(force), None) => force.act_on_body(|_| 1.0, body),
                         (Some(force), Some(mask)) => {
-                            on_particles(force, mask.weights(at.0), at, loads, part);
+                            force.act_on_body(mask.weights(body.topology), body);
                         }
                         (None, _) => {}
                     },)*

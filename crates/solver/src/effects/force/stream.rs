@@ -1,6 +1,6 @@
 //! Flow along a curve.
 
-use super::law::{Force, ForceKind, Load, Moment, Mote, approach};
+use super::law::{Force, ForceKind, Moment, Mote, approach};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Coefficient, Finite, Length, Topology};
@@ -182,7 +182,6 @@ impl Force for Stream {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
-        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
         let coupling = f64::from(self.coupling.get());
@@ -190,7 +189,7 @@ impl Force for Stream {
             let mote = at(i);
             if let Some((air, part)) = self.air(mote.x) {
                 let behind = air - moment.coasting(mote.v);
-                push(i, behind * approach(coupling * part, moment));
+                push(i, behind * approach(coupling * part, &moment));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Turbulent air.
 
 use super::{
-    law::{Force, ForceKind, Load, Moment, Mote, approach},
+    law::{Force, ForceKind, Moment, Mote, approach},
     noise::Noise,
 };
 #[cfg(feature = "bevy")]
@@ -77,10 +77,9 @@ impl Force for Turbulence {
         topology: &Topology,
         moment: Moment,
         at: impl Fn(u32) -> Mote,
-        _: &mut Vec<Load>,
         mut push: impl FnMut(u32, DVec3),
     ) {
-        let fraction = approach(self.coupling.get().into(), moment);
+        let fraction = approach(self.coupling.get().into(), &moment);
         let mut noise = Default::default();
         for i in 0..topology.particles() as u32 {
             let mote = at(i);

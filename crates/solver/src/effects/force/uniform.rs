@@ -1,10 +1,12 @@
 //! Constant force.
 
-use super::law::{Force, ForceKind, Load, Moment, Mote};
+use super::law::{Field, ForceKind, Moment};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Finite, Topology};
-use glam::DVec3;
+use crate::{
+    Finite,
+    kernel::arithmetic::{Number, constants},
+};
 use serde::{Deserialize, Serialize};
 
 /// Uniform acceleration of all particles, in addition to the gravity of the world.
@@ -25,20 +27,12 @@ pub struct Uniform {
     pub z: Finite,
 }
 
-impl Force for Uniform {
+impl Field for Uniform {
     const KIND: ForceKind = ForceKind::Uniform;
 
-    fn act(
-        &self,
-        topology: &Topology,
-        moment: Moment,
-        _at: impl Fn(u32) -> Mote,
-        _: &mut Vec<Load>,
-        mut push: impl FnMut(u32, DVec3),
-    ) {
+    #[inline(always)]
+    fn change<N: Number>(&self, moment: &Moment, position: [N; 3], _: [N; 3]) -> [N; 3] {
         let change = Finite::vector([self.x, self.y, self.z]) * moment.h;
-        for i in 0..topology.particles() as u32 {
-            push(i, change);
-        }
+        constants(position[0], change)
     }
 }

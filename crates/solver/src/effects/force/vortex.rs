@@ -1,9 +1,9 @@
 //! Vortex about a vertical axis.
 
-use super::law::{Force, ForceKind, Load, Moment, Mote, approach};
+use super::law::{Field, ForceKind, Moment, approach};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Coefficient, Finite, Length, Topology};
+use crate::{Coefficient, Finite, Length, kernel::arithmetic::Number};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -48,31 +48,29 @@ impl Vortex {
     /// Velocity of the air at a position [m/s].
     #[must_use]
     pub fn air(&self, place: DVec3) -> DVec3 {
-        let arm = place - Finite::vector([self.x, Finite::ZERO, self.z]);
-        let arm = DVec3::new(arm.x, 0.0, arm.z);
-        let radius = f64::from(self.radius.get());
-        let slower = (radius * radius / arm.length_squared().max(radius * radius)).min(1.0);
-        DVec3::Y.cross(arm) * (f64::from(self.turning.get()) * slower)
+        let [x, z] = self.air_across(place.into());
+        DVec3::new(x, 0.0, z)
+    }
+
+    /// The same along x and z.
+    #[inline(always)]
+    fn air_across<N: Number>(&self, [x, _, z]: [N; 3]) -> [N; 2] {
+        let (x, z) = (x - x.of(self.x.into()), z - z.of(self.z.into()));
+        let radius = f64::from(self.radius);
+        let square = x.of(radius * radius);
+        let slower = square / (x * x + z * z).or_more(square);
+        let turning = x.of(self.turning.into()) * slower;
+        [z * turning, x.of(0.0) - x * turning]
     }
 }
 
-impl Force for Vortex {
+impl Field for Vortex {
     const KIND: ForceKind = ForceKind::Vortex;
 
-    fn act(
-        &self,
-        topology: &Topology,
-        moment: Moment,
-        at: impl Fn(u32) -> Mote,
-        _: &mut Vec<Load>,
-        mut push: impl FnMut(u32, DVec3),
-    ) {
-        let fraction = approach(self.coupling.get().into(), moment);
-        for i in 0..topology.particles() as u32 {
-            let mote = at(i);
-            let v = moment.coasting(mote.v);
-            let across = DVec3::new(v.x, 0.0, v.z);
-            push(i, (self.air(mote.x) - across) * fraction);
-        }
+    #[inline(always)]
+    fn change<N: Number>(&self, moment: &Moment, position: [N; 3], v: [N; 3]) -> [N; 3] {
+        let fraction = v[0].of(approach(self.coupling.get().into(), moment));
+        let [x, z] = self.air_across(position);
+        [(x - v[0]) * fraction, v[1].of(0.0), (z - v[2]) * fraction]
     }
 }

@@ -109,7 +109,7 @@ impl BodyEffect for Ground {
         pass: &BodyPass,
     ) -> Option<u64> {
         if let Some(lift) = Lift::of(self, kept, pass) {
-            return Some(particles.pass(&lift, pass.instructions));
+            return Some(particles.pass(lift, pass.instructions));
         }
         debug_assert!(pass.topology.radii.is_empty(), "only grains have radii");
         let is_near = ContactMultiplier::any_pushes(kept)
@@ -119,7 +119,7 @@ impl BodyEffect for Ground {
 
     fn solve(&self, kept: &mut [ContactMultiplier], part: Part, pass: &BodyPass) -> bool {
         if let Some(lift) = Lift::of(self, kept, pass) {
-            return pass_over(part, &lift, pass.instructions);
+            return pass_over(part, lift, pass.instructions);
         }
         let mut touched = false;
         let mut none = ContactMultiplier::default();

@@ -12,6 +12,7 @@ use fearless_simd::prelude::*;
 
 /// Whether a particle is below the ground and can move, by the operations of one particle after the
 /// other; for bodies without radii.
+#[derive(Clone, Copy)]
 pub(super) struct Below(pub Height);
 
 impl Below {
@@ -35,6 +36,7 @@ impl Question for Below {
 /// A pass of the [`Ground`] in lanes, with the bits of one particle after the other for finite
 /// displacements. Terms that are 0 for a vertical normal are left out; where one turns −0 into +0, 0 is
 /// added instead.
+#[derive(Clone, Copy)]
 pub(super) struct Lift {
     below: Below,
     /// Fraction of the depth by which what starts below the ground rises.
