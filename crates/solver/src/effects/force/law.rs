@@ -58,7 +58,7 @@ pub trait Field: Copy {
     const KIND: ForceKind;
 
     /// Change of the velocity [m/s] of a particle at a position [m] with the velocity `coasting` that it would
-    /// have at the end of the substep without the force [m/s], see [`Moment::coasting`].
+    /// have at the end of the substep without the force [m/s], as gravity alone would give it.
     fn change<N: Number>(&self, moment: &Moment, position: [N; 3], coasting: [N; 3]) -> [N; 3];
 }
 
