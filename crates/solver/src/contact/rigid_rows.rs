@@ -22,7 +22,7 @@ use crate::topology::union::root;
 use glam::DVec3;
 
 /// Largest number of passes over an island after an iteration.
-const MOST_PASSES: usize = 64;
+const MAX_PASSES: usize = 64;
 
 /// A row holds when a pass moves its points by less than this fraction of what the largest force of the island
 /// moves its own.
@@ -298,7 +298,7 @@ fn iterate(
     search.clear();
     search.resize(solved.len(), [0.0; 3]);
     let mut square_before = f64::INFINITY;
-    for count in 1..=MOST_PASSES {
+    for count in 1..=MAX_PASSES {
         changes.clear();
         changes.extend(solved.iter().map(|it| it.multipliers));
         for it in solved.iter_mut().rev() {
@@ -319,7 +319,7 @@ fn iterate(
                 .max(across.sqrt() * perpendicular);
             largest = largest.max((it.multipliers[0] + it.held) * along);
         }
-        if change <= HOLDS * largest || count == MOST_PASSES {
+        if change <= HOLDS * largest || count == MAX_PASSES {
             return;
         }
         let part = square / square_before;
