@@ -12,8 +12,7 @@ use super::{
 use crate::{
     SurfacePoint, Topology,
     kernel::{
-        arithmetic,
-        each::{ParticlePass, Singles},
+        each::{ParticlePass, Singles, push_free},
         lanes::{Columns, Lanes, Vectors},
     },
 };
@@ -230,12 +229,8 @@ impl ParticlePass for PushAll {
         if !free.any_true() {
             return 0;
         }
-        for (axis, push) in self.0.to_array().into_iter().enumerate() {
-            let before = [moved[axis], carry[axis]];
-            let [next, carried] = arithmetic::begin(before, simd.number(push));
-            moved[axis] = free.select(next, moved[axis]);
-            carry[axis] = free.select(carried, carry[axis]);
-        }
-        free.to_bitmask()
+        let Vec3 { x, y, z } = self.0;
+        let by = [simd.number(x), simd.number(y), simd.number(z)];
+        push_free::<L>(free, by, moved, carry)
     }
 }

@@ -8,7 +8,7 @@
 use super::{
     arithmetic,
     each::{ParticlePass, Question},
-    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, Vectors},
+    lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, Mask, SimdWork, Vectors},
 };
 use fearless_simd::prelude::*;
 use glam::Vec3;
@@ -169,9 +169,6 @@ impl Row<'_> {
         put::<L>(self.carry, axis * stride + first, c);
     }
 }
-
-/// A mask of as many lanes as numbers have.
-type Mask<L> = <Floats<L> as SimdBase<L>>::Mask;
 
 /// Begins a substep along an axis: a force moves what is not pinned.
 #[inline(always)]

@@ -1,8 +1,11 @@
 //! Questions about particles and passes over them, in lanes, where each is treated by itself; and access to
 //! single ones, in lanes or not.
 
-use super::lanes::{Columns, Instructions, Lanes, SimdWork, Vectors};
-use crate::particles::Part;
+use super::{
+    arithmetic,
+    lanes::{Columns, Instructions, Lanes, Mask, SimdWork, Vectors},
+};
+use crate::particles::{Part, accelerated};
 use fearless_simd::{f32x4, prelude::*};
 use glam::{DVec3, Vec4};
 
@@ -70,15 +73,6 @@ impl Singles for Part<'_> {
     }
 }
 
-/// A displacement and a carry [m] after an addition to the displacement: see [`Singles::accelerate`].
-pub(crate) fn accelerated([u, c]: [Vec4; 2], by: DVec3) -> [Vec4; 2] {
-    let wide = |x: Vec4| x.truncate().as_dvec3();
-    let wanted = wide(u) + by;
-    let next = wanted.as_vec3().extend(0.0);
-    let lost = wanted - wide(next);
-    [next, (wide(c) - lost).as_vec3().extend(0.0)]
-}
-
 /// A question about particles in lanes.
 pub trait Question {
     /// Whether the answer is yes for any of the particles at these positions [m], with inverse masses
@@ -98,6 +92,23 @@ pub trait ParticlePass: Copy {
         moved: &mut Vectors<L>,
         carry: &mut Vectors<L>,
     ) -> u64;
+}
+
+/// Adds displacements by a force [m] to the `free` particles, as the first stage adds that by gravity; returns
+/// their lanes as bits.
+#[inline(always)]
+pub(crate) fn push_free<L: Lanes>(
+    free: Mask<L>,
+    by: Vectors<L>,
+    moved: &mut Vectors<L>,
+    carry: &mut Vectors<L>,
+) -> u64 {
+    for (axis, by) in by.into_iter().enumerate() {
+        let [next, carried] = arithmetic::begin([moved[axis], carry[axis]], by);
+        moved[axis] = free.select(next, moved[axis]);
+        carry[axis] = free.select(carried, carry[axis]);
+    }
+    free.to_bitmask()
 }
 
 /// Performs a pass over the particles of a piece; returns whether it acted on any.

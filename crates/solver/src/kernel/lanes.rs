@@ -136,6 +136,9 @@ pub(super) fn set_bits(mut bits: u32) -> impl Iterator<Item = usize> {
 /// A number in each lane.
 pub type Floats<L> = <L as Lanes>::Floats;
 
+/// A choice for each lane.
+pub(crate) type Mask<L> = <Floats<L> as SimdBase<L>>::Mask;
+
 /// A number in double precision in each of half of the lanes.
 pub type Doubles<L> = <L as Lanes>::Doubles;
 

@@ -16,13 +16,13 @@
 use super::{
     block::{Block, Blocks, Projected},
     columns::{self, CARRIED, COMPONENTS, Columns, Line, Place, Rows, flat, flat_mut},
-    each::{InLanes, ParticlePass, Question, Single, Singles, accelerated},
+    each::{InLanes, ParticlePass, Question, Single, Singles},
     lanes::{Floats, Gathered, Instructions, Lanes, MAX_WIDTH, SimdWork, set_bits},
     moments::{self, Moments, Turn},
 };
 use crate::{
     kernel::multipliers::Multipliers,
-    particles::Part,
+    particles::{Part, accelerated, wide},
     topology::{
         order::{Batch, Direction, Elements},
         partitions::Partitions,
@@ -117,6 +117,16 @@ impl<'a> StripRows<'a> {
             particles,
             carry,
             before,
+        }
+    }
+
+    /// The particles, for passes over some of their lanes at once.
+    fn in_lanes(&mut self) -> Rows<'_> {
+        Rows {
+            particles: flat_mut(self.particles),
+            carry: flat_mut(self.carry),
+            stride: MAX_WIDTH,
+            first: 0,
         }
     }
 
@@ -364,10 +374,6 @@ impl Singles for StripRows<'_> {
     }
 }
 
-fn wide(x: Vec4) -> DVec3 {
-    x.truncate().as_dvec3()
-}
-
 /// The lanes of `L`, as many times as a row has them: the first of each.
 fn parts<L: Lanes>() -> impl Iterator<Item = usize> {
     (0..MAX_WIDTH).step_by(L::LANES)
@@ -484,12 +490,7 @@ struct End<'a, 'b> {
 impl SimdWork for End<'_, '_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let mut rows = Rows {
-            particles: flat_mut(self.rows.particles),
-            carry: flat_mut(self.rows.carry),
-            stride: MAX_WIDTH,
-            first: 0,
-        };
+        let mut rows = self.rows.in_lanes();
         for low in parts::<L>() {
             rows.first = low;
             *self.is_finite &= rows.are_finite(simd, self.per_second);
@@ -514,12 +515,7 @@ struct Begin<'a, 'b> {
 impl SimdWork for Begin<'_, '_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let mut rows = Rows {
-            particles: flat_mut(self.rows.particles),
-            carry: flat_mut(self.rows.carry),
-            stride: MAX_WIDTH,
-            first: 0,
-        };
+        let mut rows = self.rows.in_lanes();
         for low in parts::<L>() {
             rows.first = low;
             rows.begin(simd, self.push);

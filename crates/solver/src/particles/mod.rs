@@ -177,10 +177,8 @@ impl Particles {
     /// Adds to the velocity of a particle [m/s]. The rounding error of the displacement does not
     /// affect it.
     pub fn accelerate(&mut self, i: usize, change: DVec3) {
-        let wanted = wide(self.displacements[i]) + change * f64::from(self.h);
-        self.displacements[i] = wanted.as_vec3().extend(0.0);
-        let lost = wanted - wide(self.displacements[i]);
-        self.carry[i] = (wide(self.carry[i]) - lost).as_vec3().extend(0.0);
+        let state = [self.displacements[i], self.carry[i]];
+        [self.displacements[i], self.carry[i]] = accelerated(state, change * f64::from(self.h));
     }
 
     /// Sets the position of a particle [m]; its velocity does not change.
@@ -448,7 +446,16 @@ impl<'a> Part<'a> {
     }
 }
 
-fn wide(x: Vec4) -> DVec3 {
+/// A displacement and a carry [m] after an addition to the displacement, whose rounding error is not lost to the
+/// velocity.
+pub(crate) fn accelerated([u, c]: [Vec4; 2], by: DVec3) -> [Vec4; 2] {
+    let wanted = wide(u) + by;
+    let next = wanted.as_vec3().extend(0.0);
+    let lost = wanted - wide(next);
+    [next, (wide(c) - lost).as_vec3().extend(0.0)]
+}
+
+pub(crate) fn wide(x: Vec4) -> DVec3 {
     x.truncate().as_dvec3()
 }
 

@@ -3,11 +3,11 @@
 use crate::{
     Topology,
     kernel::{
-        arithmetic::{self, Number, constants},
-        each::{InLanes, ParticlePass, accelerated, pass_over},
+        arithmetic::{Number, constants},
+        each::{InLanes, ParticlePass, pass_over, push_free},
         lanes::{Columns, Instructions, Lanes, MAX_WIDTH, Vectors, WIDTH},
     },
-    particles::Part,
+    particles::{Part, accelerated, wide},
 };
 use fearless_simd::prelude::*;
 use glam::{DVec3, Vec4};
@@ -172,7 +172,6 @@ fn on_particles(force: &impl Force, weight: impl Fn(u32) -> f64, body: ForcedBod
         carry,
         ..
     } = part;
-    let wide = |x: Vec4| x.truncate().as_dvec3();
     let displacements = Cell::from_mut(displacements).as_slice_of_cells();
     let carry = Cell::from_mut(carry).as_slice_of_cells();
     let at = |i: u32| {
@@ -247,12 +246,8 @@ impl<F: Field> ParticlePass for FieldPass<F> {
         }
         let [x, y, z, _] = *position;
         let change = field.change(&moment, [x, y, z], coasting);
-        for (axis, change) in change.into_iter().enumerate() {
-            let [next, carried] = arithmetic::begin([moved[axis], carry[axis]], change * h);
-            moved[axis] = free.select(next, moved[axis]);
-            carry[axis] = free.select(carried, carry[axis]);
-        }
-        free.to_bitmask()
+        let [x, y, z] = change;
+        push_free::<L>(free, [x * h, y * h, z * h], moved, carry)
     }
 }
 

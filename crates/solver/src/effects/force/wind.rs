@@ -97,9 +97,7 @@ impl Wind {
         }
         mean + noise.at((place - mean * time) / f64::from(self.scale.get())) * gusts
     }
-}
 
-impl Wind {
     /// Force on a third of a triangle [N], and by how much it decreases with the velocity [N·s/m]: with two of its
     /// sides [m], in air with the velocity u relative to it [m/s].
     #[inline(always)]
