@@ -25,6 +25,7 @@ use std::{
     any::Any,
     cell::Cell,
     env,
+    io::{Write as _, stderr},
     ops::Range,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{
@@ -91,7 +92,8 @@ impl Watch {
                 };
                 let now = case.load(Ordering::Relaxed);
                 if last == Some(now) {
-                    eprintln!("{name}, seed {seed}: case {now} hangs");
+                    // Not `eprintln!`, which the test would capture and take with it.
+                    let _ = writeln!(stderr(), "{name}, seed {seed}: case {now} hangs");
                     std::process::abort();
                 }
                 last = Some(now);
