@@ -18,15 +18,14 @@ use super::{
     tangible::Tangible,
     tangle::{CrossingSearch, Tangle},
     truncate::Truncation,
+    unfolded::Bend,
 };
 use crate::{
     Effects, Pose, Stitches, Substep, Threads,
     colliders::collider::SweptCollider,
     effects::contact::{PairParams, Params},
-    topology::{
-        features::Features,
-        surface::{Patch, Surface},
-    },
+    lanes::Instructions,
+    topology::{features::Features, patches::Patch, surface::Surface},
 };
 use glam::{DAffine3, DVec3, Vec3A};
 use std::{mem::take, ops::Range, sync::Arc};
@@ -70,6 +69,8 @@ pub struct ContactCounts {
 pub struct Contacts {
     pub(super) members: Vec<Member>,
     pub(super) pieces: Vec<Piece>,
+    /// How each piece lies over its chart, in contact with itself.
+    pub(super) bends: Vec<Bend>,
     /// Per surface vertex: position at the start of the substep, and predicted position at its end
     /// [m].
     pub(super) starts: Vec<DVec3>,
@@ -122,6 +123,7 @@ pub struct Contacts {
     /// Bodies whose velocity changes after the substep, and by how much, per substep [m].
     pub(super) pushes: Vec<(usize, DVec3)>,
     pub(super) scratch: Scratch,
+    instructions: Instructions,
     pub(super) counts: ContactCounts,
     /// Length of the last substep [s].
     pub(super) h: f64,
@@ -184,6 +186,8 @@ pub(super) struct Piece {
     pub(super) is_lost: bool,
     /// Whether it has other partners than when candidates were found.
     pub(super) is_new: bool,
+    /// Whether its claims were renewed since its motion was bounded.
+    pub(super) is_renewed: bool,
     /// Origin of its frame [m], and its displacement since detection [m].
     pub(super) origin: DVec3,
     pub(super) drift: DVec3,
@@ -771,6 +775,7 @@ impl Contacts {
     fn cut_into_pieces(&mut self) {
         self.pieces.clear();
         self.vertices.clear();
+        self.bends.clear();
         self.pairs.clear();
         self.batches.clear();
         self.candidates.clear();
@@ -784,6 +789,7 @@ impl Contacts {
                     half_thickness: member.half_thickness(),
                     is_lost: true,
                     is_new: true,
+                    is_renewed: false,
                     origin: DVec3::ZERO,
                     drift: DVec3::ZERO,
                     motion: DVec3::ZERO,
@@ -799,6 +805,7 @@ impl Contacts {
                 self.vertices.extend(vertices);
             }
         }
+        self.bends.resize(self.pieces.len(), Bend::default());
         self.centers.clear();
         self.centers.resize(self.vertices.len(), Vec3A::ZERO);
         self.half_motions.clear();
@@ -883,14 +890,50 @@ impl Contacts {
     /// candidates anew where one of them is outside of the ball for which they were found.
     pub(super) fn enclose_or_detect(&mut self, horizon: f64, substeps: u32, threads: &Threads) {
         if !(self.is_valid && self.enclose_motion(horizon)) {
-            self.detect(substeps, threads);
-            self.enclose_motion(horizon);
+            self.detect(substeps, horizon, threads);
+            self.enclose_renewed(horizon);
         }
     }
 
     /// Bounds motion times `horizon` by balls; false if one of them is outside of the ball for
     /// which candidates were found.
     fn enclose_motion(&mut self, horizon: f64) -> bool {
+        let mut holds = true;
+        for number in 0..self.pieces.len() {
+            let is_inside = self.enclose_piece(number, horizon);
+            let piece = &mut self.pieces[number];
+            piece.is_lost = piece.is_new || !is_inside;
+            holds &= !piece.is_lost;
+            self.bend(number);
+        }
+        let mut pairs = take(&mut self.pairs);
+        for pair in &mut pairs {
+            if pair.is_unfolded {
+                pair.is_lost = !self.are_unfolded(pair, horizon);
+                holds &= !pair.is_lost;
+                continue;
+            }
+            let [a, b] = pair.pieces.map(|piece| &self.pieces[piece as usize]);
+            let moved = b.frame() - a.frame() - pair.offset;
+            let motion = Ball::around(moved, (b.motion - a.motion) * horizon, a.slack + b.slack);
+            pair.is_lost = a.first != b.first && !pair.claim.contains(motion);
+            holds &= !pair.is_lost;
+        }
+        self.pairs = pairs;
+        holds
+    }
+
+    /// Bounds the motion of the pieces whose claims are new.
+    fn enclose_renewed(&mut self, horizon: f64) {
+        for number in 0..self.pieces.len() {
+            if take(&mut self.pieces[number].is_renewed) {
+                self.enclose_piece(number, horizon);
+            }
+        }
+    }
+
+    /// Bounds the motion of a piece; false if it is outside of the ball for which candidates were found.
+    fn enclose_piece(&mut self, number: usize, horizon: f64) -> bool {
         let Self {
             members,
             pieces,
@@ -901,49 +944,51 @@ impl Contacts {
             half_motions,
             offsets,
             claimed,
-            pairs,
             ..
         } = self;
-        let mut holds = true;
-        for piece in pieces.iter_mut() {
-            piece.is_lost = piece.is_new;
-            holds &= !piece.is_new;
-            if !piece.is_stepped {
-                continue;
-            }
-            let frame = piece.frame();
-            let path = piece.motion * horizon;
-            let motion = Ball::around(piece.drift, path, piece.slack);
-            let (mut longest, mut farthest) = (0.0_f32, 0.0_f32);
-            for corner in piece.corners(members) {
-                let v = vertices[corner] as usize;
-                let relative = (ends[v] - starts[v]) * horizon - path;
-                let offset = starts[v] - frame;
-                let center = (offset + relative * 0.5).as_vec3a();
-                offsets[corner] = offset.as_vec3a();
-                let mut half_motion = 0.5 * relative.length() as f32;
-                if let Some(common) = &piece.common {
-                    let apart = common.displacement(starts[v]) - path - relative * 0.5;
-                    half_motion = half_motion.max(apart.length() as f32);
-                }
-                longest = longest.max(half_motion);
-                half_motions[corner] = half_motion;
-                farthest = farthest.max((center - claimed[corner]).length_squared());
-                centers[corner] = center;
-            }
-            piece.radius = longest + 0.5 * piece.half_thickness;
-            piece.travel = farthest.sqrt() + piece.radius + piece.slack;
-            piece.is_lost |= !piece.claim.contains(motion) || piece.travel > piece.claimed_radius;
-            holds &= !piece.is_lost;
+        let piece = &mut pieces[number];
+        if !piece.is_stepped {
+            return true;
         }
-        for pair in pairs {
-            let [a, b] = pair.pieces.map(|piece| &pieces[piece as usize]);
-            let moved = b.frame() - a.frame() - pair.offset;
-            let motion = Ball::around(moved, (b.motion - a.motion) * horizon, a.slack + b.slack);
-            pair.is_lost = a.first != b.first && !pair.claim.contains(motion);
-            holds &= !pair.is_lost;
+        let frame = piece.frame();
+        let path = piece.motion * horizon;
+        let motion = Ball::around(piece.drift, path, piece.slack);
+        let (mut longest, mut farthest) = (0.0_f64, 0.0_f32);
+        for corner in piece.corners(members) {
+            let v = vertices[corner] as usize;
+            let relative = (ends[v] - starts[v]) * horizon - path;
+            let offset = starts[v] - frame;
+            let center = (offset + relative * 0.5).as_vec3a();
+            offsets[corner] = offset.as_vec3a();
+            let mut square = 0.25 * relative.length_squared();
+            if let Some(common) = &piece.common {
+                let apart = common.displacement(starts[v]) - path - relative * 0.5;
+                square = square.max(apart.length_squared());
+            }
+            longest = longest.max(square);
+            // A bound, also after rounding.
+            half_motions[corner] = (square as f32).sqrt() * (1.0 + 1e-6);
+            farthest = farthest.max((center - claimed[corner]).length_squared());
+            centers[corner] = center;
         }
-        holds
+        piece.radius = longest.sqrt() as f32 + 0.5 * piece.half_thickness;
+        piece.travel = farthest.sqrt() + piece.radius + piece.slack;
+        piece.claim.contains(motion) && piece.travel <= piece.claimed_radius
+    }
+
+    /// Finds how a piece of a surface with contact with itself lies over its chart.
+    fn bend(&mut self, number: usize) {
+        let piece = &self.pieces[number];
+        let member = &self.members[piece.member];
+        if !piece.is_stepped || member.params[Between::Itself as usize].is_none() {
+            return;
+        }
+        if let Some(patch) = member.surface.chart().patches.get(piece.patch)
+            && !patch.eights.is_empty()
+        {
+            let at = &self.centers[piece.corners(&self.members)];
+            self.bends[number].update(patch, at, piece.radius, self.instructions);
+        }
     }
 }
 

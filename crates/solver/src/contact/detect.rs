@@ -6,12 +6,13 @@ use super::{
     closest::Kind,
     contacts::{Contacts, HORIZON, Member, Piece},
     gaps::Pairs,
+    unfolded::are_apart,
 };
 use crate::{
     Threads, WorkEstimate,
     lanes::Instructions,
     particles::MAX_COORDINATE,
-    topology::{features::Features, surface::Patch},
+    topology::{features::Features, patches::Patch},
 };
 use glam::{DVec3, Vec3A};
 use std::ops::Range;
@@ -54,6 +55,10 @@ pub(super) struct PiecePair {
     pub claim: Ball,
     /// Whether the motion has left the claim.
     pub is_lost: bool,
+    /// Its number in the chart of its surface, if any, and whether it needs no candidates, as the surface is too
+    /// little folded there to touch itself.
+    pub chart: Option<u32>,
+    pub is_unfolded: bool,
 }
 
 /// Two primitives that may come near each other.
@@ -114,6 +119,8 @@ struct Finder {
 struct PieceBoxes {
     /// Around all of it, with the radius of its balls.
     all: Bounds,
+    /// Whether those of its primitives are there, as they are found on first use.
+    are_filled: bool,
     /// Around the centers of the corners of each primitive, by their kind.
     parts: [PartBoxes; 3],
 }
@@ -167,12 +174,12 @@ const PROJECTIONS: usize = 1000;
 impl Contacts {
     /// Finds candidates for the current motion where it has left the claims. New claims stay valid
     /// while the motion changes little; frames are extrapolated over a tick of this number of
-    /// substeps. Other candidates are kept.
-    pub(super) fn detect(&mut self, substeps: u32, threads: &Threads) {
+    /// substeps, motion over `horizon` of them. Other candidates are kept.
+    pub(super) fn detect(&mut self, substeps: u32, horizon: f64, threads: &Threads) {
         self.is_valid = true;
         self.counts.detections += 1;
         self.claim(substeps);
-        self.find_pairs();
+        self.find_pairs(horizon);
         let mut pairs = std::mem::take(&mut self.pairs);
         let mut scratch = std::mem::take(&mut self.scratch);
         let Scratch {
@@ -184,7 +191,16 @@ impl Contacts {
         } = &mut scratch;
         lost.clear();
         let numbered = pairs.iter().zip(0..);
-        lost.extend(numbered.filter_map(|(pair, number)| pair.is_lost.then_some(number)));
+        let is_lost = |pair: &PiecePair| pair.is_lost && !pair.is_unfolded;
+        lost.extend(numbered.filter_map(|(pair, number)| is_lost(pair).then_some(number)));
+        for piece in lost.iter().flat_map(|&lost| pairs[lost as usize].pieces) {
+            let boxes = &mut boxes[piece as usize];
+            if !boxes.are_filled {
+                let piece = &self.pieces[piece as usize];
+                let centers = &self.claimed[piece.corners(&self.members)];
+                boxes.fill(piece, &self.members, centers);
+            }
+        }
         // More parts than threads, as pairs take different times.
         let parts = match threads.count() {
             1 => 1,
@@ -214,7 +230,11 @@ impl Contacts {
         let mut place = 0;
         let mut number = 0;
         for pair in &mut pairs {
-            if std::mem::take(&mut pair.is_lost) {
+            let is_lost = std::mem::take(&mut pair.is_lost);
+            if pair.is_unfolded {
+                continue;
+            }
+            if is_lost {
                 if number % each == 0 {
                     place = 0;
                 }
@@ -271,10 +291,11 @@ impl Contacts {
             piece.origin = starts[vertices[piece.first] as usize];
             piece.drift = DVec3::ZERO;
             piece.is_new = false;
+            piece.is_renewed = true;
             let mut size = 0.0_f32;
             let mut longest = 0.0_f64;
             let mut bounds = Bounds::EMPTY;
-            for corner in corners.clone() {
+            for corner in corners {
                 let v = vertices[corner] as usize;
                 let relative = (ends[v] - starts[v] - piece.motion) * (HORIZON * AHEAD);
                 let offset = starts[v] - piece.origin;
@@ -295,13 +316,13 @@ impl Contacts {
                 piece.claimed_radius = 0.5 * longest.sqrt() as f32 + skin + thickness;
             }
             boxes.all = bounds.grown(piece.claimed_radius);
-            boxes.fill(piece, members, &claimed[corners]);
+            boxes.are_filled = false;
         }
     }
 
     /// Finds pairs of pieces whose boxes overlap during their motion. Pairs of pieces that are not
     /// lost are kept.
-    fn find_pairs(&mut self) {
+    fn find_pairs(&mut self, horizon: f64) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let Scratch {
             boxes,
@@ -313,7 +334,7 @@ impl Contacts {
         let is_lost = |piece: u32| self.pieces[piece as usize].is_lost;
         pairs.retain(|pair| !pair.pieces.map(is_lost).contains(&true));
         for pair in pairs.iter_mut().filter(|pair| pair.is_lost) {
-            *pair = self.pair(pair.pieces, pair.between);
+            *pair = self.pair(pair.pieces, pair.between, horizon);
         }
         order.clear();
         swept_boxes.clear();
@@ -344,7 +365,7 @@ impl Contacts {
                         [a, b].map(|piece| &self.members[self.pieces[piece as usize].member])
                     && let Some(between) = of_a.between(of_b)
                 {
-                    pairs.push(self.pair([a.min(b), a.max(b)], between));
+                    pairs.push(self.pair([a.min(b), a.max(b)], between, horizon));
                 }
             }
         }
@@ -357,7 +378,7 @@ impl Contacts {
     }
 
     /// Claims the relative motion of two pieces.
-    fn pair(&self, pieces: [u32; 2], between: Between) -> PiecePair {
+    fn pair(&self, pieces: [u32; 2], between: Between, horizon: f64) -> PiecePair {
         let [a, b] = pieces.map(|piece| &self.pieces[piece as usize]);
         let skin = |piece: &Piece| match piece.is_stepped {
             true => 0.5 * piece.skin(&self.members),
@@ -370,13 +391,42 @@ impl Contacts {
         } else {
             Ball::around(DVec3::ZERO, displacement, more)
         };
-        PiecePair {
+        let chart = match between {
+            Between::Itself => {
+                let surface = &self.members[a.member].surface;
+                surface.chart().find([a.patch as u32, b.patch as u32])
+            }
+            _ => None,
+        };
+        let mut pair = PiecePair {
             pieces,
             between,
             offset: b.frame() - a.frame(),
             claim,
             is_lost: true,
-        }
+            chart,
+            is_unfolded: false,
+        };
+        pair.is_unfolded = self.are_unfolded(&pair, horizon);
+        pair
+    }
+
+    /// Whether no contact can act between two pieces of a surface, or in one, with this horizon in substeps.
+    pub(super) fn are_unfolded(&self, pair: &PiecePair, horizon: f64) -> bool {
+        let Some(number) = pair.chart else {
+            return false;
+        };
+        let places = pair.pieces.map(|piece| piece as usize);
+        let [a, b] = places.map(|place| &self.pieces[place]);
+        let chart = self.members[a.member].surface.chart();
+        let reaches = places.map(|place| self.bends[place].reach);
+        let path = (b.motion - a.motion).length() as f32 * (0.5 * horizon as f32);
+        // Beyond it, no candidate is near.
+        let limit = a.half_thickness
+            + b.half_thickness
+            + (reaches[0] + reaches[1] + path)
+            + 2.0 * (a.slack + b.slack);
+        are_apart(chart, number, &self.bends[places[0] - a.patch..], limit)
     }
 }
 
@@ -594,14 +644,14 @@ impl PiecePair {
             between,
             offset,
             claim,
-            is_lost,
+            ..
         } = *self;
         Self {
             pieces: [b, a],
             between,
             offset: -offset,
             claim: Ball::ORIGIN.minus(claim),
-            is_lost,
+            ..*self
         }
     }
 }
@@ -651,6 +701,7 @@ impl PieceBoxes {
     /// Encloses the primitives of a piece with these centers of its corners: of a rigid one, those that can touch
     /// others first.
     fn fill(&mut self, piece: &Piece, members: &[Member], centers: &[Vec3A]) {
+        self.are_filled = true;
         let patch = piece.patch(members);
         let features = members[piece.member].features();
         let around = |corners: &[u32]| {

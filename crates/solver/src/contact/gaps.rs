@@ -114,7 +114,7 @@ impl SimdWork for Distances<'_> {
 
 /// Eight points or vectors.
 #[derive(Clone, Copy)]
-struct Point<L: Lanes>([f32x8<L>; 3]);
+pub(super) struct Point<L: Lanes>(pub [f32x8<L>; 3]);
 
 impl<L: Lanes> Point<L> {
     #[inline(always)]
@@ -126,20 +126,49 @@ impl<L: Lanes> Point<L> {
         ])
     }
 
+    /// The same eight times.
     #[inline(always)]
-    fn from(self, Self([u, v, w]): Self) -> Self {
+    pub fn splat(simd: L, at: Vec3A) -> Self {
+        Self([
+            f32x8::splat(simd, at.x),
+            f32x8::splat(simd, at.y),
+            f32x8::splat(simd, at.z),
+        ])
+    }
+
+    /// Those with these indices.
+    #[inline(always)]
+    pub fn gather(simd: L, all: &[Vec3A], indices: &[u32; WIDTH]) -> Self {
+        let mut columns = [[0.0; WIDTH]; 3];
+        for (lane, &index) in indices.iter().enumerate() {
+            let [x, y, z] = all[index as usize].to_array();
+            columns[0][lane] = x;
+            columns[1][lane] = y;
+            columns[2][lane] = z;
+        }
+        Self::load(simd, &columns)
+    }
+
+    #[inline(always)]
+    pub fn times(self, by: f32x8<L>) -> Self {
+        let Self([x, y, z]) = self;
+        Self([x * by, y * by, z * by])
+    }
+
+    #[inline(always)]
+    pub fn from(self, Self([u, v, w]): Self) -> Self {
         let Self([x, y, z]) = self;
         Self([x - u, y - v, z - w])
     }
 
     #[inline(always)]
-    fn along(self, Self([u, v, w]): Self, by: f32x8<L>) -> Self {
+    pub fn along(self, Self([u, v, w]): Self, by: f32x8<L>) -> Self {
         let Self([x, y, z]) = self;
         Self([x + u * by, y + v * by, z + w * by])
     }
 
     #[inline(always)]
-    fn dot(self, Self([u, v, w]): Self) -> f32x8<L> {
+    pub fn dot(self, Self([u, v, w]): Self) -> f32x8<L> {
         let Self([x, y, z]) = self;
         x * u + y * v + z * w
     }

@@ -6,7 +6,8 @@
 //! - **Candidates**: pairs of primitives that may come near each other are found (`detect.rs`) by
 //!   bounding balls around the motion of their corners, and kept while the motion stays inside the
 //!   balls. A particle that leaves its ball triggers a new detection, so that no pair is missed.
-//!   The time of detection does not affect results: they depend on the state alone.
+//!   The time of detection does not affect results: they depend on the state alone. Patches of cloth that
+//!   are too little folded to touch each other have none (`unfolded.rs`).
 //! - **Constraints**: candidates that are near in a substep (`near.rs`) become rows (`row.rs`) once their
 //!   surfaces come closer than their distance (`rows.rs`). These are projected after each iteration, in a
 //!   fixed order, with friction accumulated over the substep.
@@ -53,6 +54,7 @@ mod tangible;
 mod tangle;
 mod touches;
 mod truncate;
+mod unfolded;
 mod untangle;
 mod within;
 

@@ -63,7 +63,8 @@ impl Contacts {
             let members = pair
                 .pieces
                 .map(|piece| self.pieces[piece as usize].member as u32);
-            if members.iter().any(|&it| self.may_cross[it as usize]) {
+            let may_cross = members.iter().any(|&it| self.may_cross[it as usize]);
+            if may_cross && !pair.is_unfolded {
                 self.find_crossings(pair.pieces, members, &mut search);
             }
         }

@@ -6,6 +6,7 @@
 //! Gauss–Seidel in an order sorted by vertex diverges). Rest values are rounded like the values
 //! that the solver compares with them, so that a body in its rest shape does not move at all.
 
+pub(crate) mod chart;
 mod components;
 mod edges;
 mod enclosure;
@@ -21,6 +22,7 @@ pub(crate) mod input;
 mod lazy;
 pub mod numbering;
 mod parts;
+pub(crate) mod patches;
 pub(crate) mod precomputed;
 mod regions;
 mod renewal;
