@@ -123,7 +123,7 @@ pub struct Contacts {
     /// Bodies whose velocity changes after the substep, and by how much, per substep [m].
     pub(super) pushes: Vec<(usize, DVec3)>,
     pub(super) scratch: Scratch,
-    instructions: Instructions,
+    pub(super) instructions: Instructions,
     pub(super) counts: ContactCounts,
     /// Length of the last substep [s].
     pub(super) h: f64,
@@ -527,9 +527,9 @@ impl Contacts {
         if self.rows[between as usize].is_empty() && !restores && !kinds.any(|it| it == between) {
             return;
         }
-        self.begin_pass(bodies);
+        self.begin_pass(bodies, restores);
         self.pass(bodies, between);
-        if between == Between::Bodies && !self.rigids.is_empty() {
+        if restores {
             let Self {
                 rows,
                 active,
@@ -539,7 +539,9 @@ impl Contacts {
             self.rigid_rows.solve(rows, active, rigids);
         }
         self.write_back(bodies);
-        self.end_pass(bodies);
+        if restores {
+            self.end_pass(bodies);
+        }
     }
 
     /// Copies the positions of the active particles back to the bodies.
@@ -884,111 +886,6 @@ impl Contacts {
             piece.common = None;
         }
         self.find_mean_motion();
-    }
-
-    /// Bounds motion times `horizon` by balls, in a tick of this number of substeps; finds
-    /// candidates anew where one of them is outside of the ball for which they were found.
-    pub(super) fn enclose_or_detect(&mut self, horizon: f64, substeps: u32, threads: &Threads) {
-        if !(self.is_valid && self.enclose_motion(horizon)) {
-            self.detect(substeps, horizon, threads);
-            self.enclose_renewed(horizon);
-        }
-    }
-
-    /// Bounds motion times `horizon` by balls; false if one of them is outside of the ball for
-    /// which candidates were found.
-    fn enclose_motion(&mut self, horizon: f64) -> bool {
-        let mut holds = true;
-        for number in 0..self.pieces.len() {
-            let is_inside = self.enclose_piece(number, horizon);
-            let piece = &mut self.pieces[number];
-            piece.is_lost = piece.is_new || !is_inside;
-            holds &= !piece.is_lost;
-            self.bend(number);
-        }
-        let mut pairs = take(&mut self.pairs);
-        for pair in &mut pairs {
-            if pair.is_unfolded {
-                pair.is_lost = !self.are_unfolded(pair, horizon);
-                holds &= !pair.is_lost;
-                continue;
-            }
-            let [a, b] = pair.pieces.map(|piece| &self.pieces[piece as usize]);
-            let moved = b.frame() - a.frame() - pair.offset;
-            let motion = Ball::around(moved, (b.motion - a.motion) * horizon, a.slack + b.slack);
-            pair.is_lost = a.first != b.first && !pair.claim.contains(motion);
-            holds &= !pair.is_lost;
-        }
-        self.pairs = pairs;
-        holds
-    }
-
-    /// Bounds the motion of the pieces whose claims are new.
-    fn enclose_renewed(&mut self, horizon: f64) {
-        for number in 0..self.pieces.len() {
-            if take(&mut self.pieces[number].is_renewed) {
-                self.enclose_piece(number, horizon);
-            }
-        }
-    }
-
-    /// Bounds the motion of a piece; false if it is outside of the ball for which candidates were found.
-    fn enclose_piece(&mut self, number: usize, horizon: f64) -> bool {
-        let Self {
-            members,
-            pieces,
-            starts,
-            ends,
-            vertices,
-            centers,
-            half_motions,
-            offsets,
-            claimed,
-            ..
-        } = self;
-        let piece = &mut pieces[number];
-        if !piece.is_stepped {
-            return true;
-        }
-        let frame = piece.frame();
-        let path = piece.motion * horizon;
-        let motion = Ball::around(piece.drift, path, piece.slack);
-        let (mut longest, mut farthest) = (0.0_f64, 0.0_f32);
-        for corner in piece.corners(members) {
-            let v = vertices[corner] as usize;
-            let relative = (ends[v] - starts[v]) * horizon - path;
-            let offset = starts[v] - frame;
-            let center = (offset + relative * 0.5).as_vec3a();
-            offsets[corner] = offset.as_vec3a();
-            let mut square = 0.25 * relative.length_squared();
-            if let Some(common) = &piece.common {
-                let apart = common.displacement(starts[v]) - path - relative * 0.5;
-                square = square.max(apart.length_squared());
-            }
-            longest = longest.max(square);
-            // A bound, also after rounding.
-            half_motions[corner] = (square as f32).sqrt() * (1.0 + 1e-6);
-            farthest = farthest.max((center - claimed[corner]).length_squared());
-            centers[corner] = center;
-        }
-        piece.radius = longest.sqrt() as f32 + 0.5 * piece.half_thickness;
-        piece.travel = farthest.sqrt() + piece.radius + piece.slack;
-        piece.claim.contains(motion) && piece.travel <= piece.claimed_radius
-    }
-
-    /// Finds how a piece of a surface with contact with itself lies over its chart.
-    fn bend(&mut self, number: usize) {
-        let piece = &self.pieces[number];
-        let member = &self.members[piece.member];
-        if !piece.is_stepped || member.params[Between::Itself as usize].is_none() {
-            return;
-        }
-        if let Some(patch) = member.surface.chart().patches.get(piece.patch)
-            && !patch.eights.is_empty()
-        {
-            let at = &self.centers[piece.corners(&self.members)];
-            self.bends[number].update(patch, at, piece.radius, self.instructions);
-        }
     }
 }
 

@@ -176,9 +176,17 @@ impl Contacts {
     /// while the motion changes little; frames are extrapolated over a tick of this number of
     /// substeps, motion over `horizon` of them. Other candidates are kept.
     pub(super) fn detect(&mut self, substeps: u32, horizon: f64, threads: &Threads) {
-        self.is_valid = true;
+        let is_first = !std::mem::replace(&mut self.is_valid, true);
         self.counts.detections += 1;
         self.claim(substeps);
+        if is_first {
+            for number in 0..self.pieces.len() {
+                let reach = self.pieces[number].claimed_radius;
+                // Once for the matrix.
+                self.bend(number, reach);
+                self.bend(number, reach);
+            }
+        }
         self.find_pairs(horizon);
         let mut pairs = std::mem::take(&mut self.pairs);
         let mut scratch = std::mem::take(&mut self.scratch);

@@ -35,6 +35,7 @@ pub(crate) mod contacts;
 mod crossing;
 pub(crate) mod crossings;
 mod detect;
+mod enclose;
 mod gaps;
 mod intersect;
 mod manifold;

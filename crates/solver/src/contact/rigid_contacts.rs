@@ -28,10 +28,10 @@ impl Contacts {
         }
     }
 
-    /// Begins a pass, from where the particles are now. A grab has moved single ones: it moves the
-    /// whole body, as they are pulled to the best fit of its shape.
-    pub(super) fn begin_pass(&mut self, bodies: &mut [impl Tangible]) {
-        for rigid in &mut self.rigids {
+    /// Begins a pass, from where the particles are now; one that moves rigid bodies, if so. A grab has moved single
+    /// ones of these: it moves the whole body, as they are pulled to the best fit of its shape.
+    pub(super) fn begin_pass(&mut self, bodies: &mut [impl Tangible], moves_rigid: bool) {
+        for rigid in self.rigids.iter_mut().filter(|_| moves_rigid) {
             let body = &mut bodies[rigid.body];
             if body.effects().grab.is_some() && rigid.is_movable() {
                 restore_shape(body);
@@ -56,7 +56,7 @@ impl Contacts {
     /// Separates rigid bodies from what is closer than its distance, after the last iteration and before truncation.
     pub(crate) fn lift(&mut self, bodies: &mut [impl Tangible]) {
         if self.rows.iter().flatten().any(ContactRow::is_rigid) {
-            self.begin_pass(bodies);
+            self.begin_pass(bodies, true);
             let Self {
                 rows,
                 active,

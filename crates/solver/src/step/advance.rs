@@ -430,10 +430,9 @@ impl Stepper<'_> {
         context: &StepContext,
     ) -> Result<(), NotFinite> {
         let shape = Arc::clone(self.topology);
-        let effects = *self.effects;
         let settings = context.settings;
         self.prepare_together(&substeps, settings);
-        let acting = self.acting(&effects, settings);
+        let acting = self.acting(self.effects, settings);
         let tasks = tasks(&shape, acting, &substeps, context);
         let strips = InStrips::of(&shape, acting, tasks.clone(), context);
         if strips.is_none() {
@@ -515,14 +514,12 @@ impl Stepper<'_> {
     ) -> Result<(), NotFinite> {
         let shape = Arc::clone(self.topology);
         let topology: &Topology = &shape;
-        let effects = *self.effects;
         self.prepare_sums(step);
         self.prepare_effects(step, |kind| {
             let mut stages = stages.clone();
             stages.any(|(stage, _)| stage == Stage::Body(kind))
         });
-        let effects = &effects;
-        let acting = self.acting(effects, context.settings);
+        let acting = self.acting(self.effects, context.settings);
         let mut elastic = stages.clone();
         let iterations = usize::from(elastic.any(|(stage, _)| matches!(stage, Stage::Elastic(_))));
         let tasks = stages
@@ -632,7 +629,7 @@ impl Stepper<'_> {
 /// Data that the tasks on all pieces share.
 pub(super) struct TaskContext<'a> {
     topology: &'a Topology,
-    effects: Effects,
+    effects: &'a Effects,
     context: &'a StepContext<'a>,
     /// Any substep of the tick, for the settings that all have in common.
     any: Substep,
@@ -660,7 +657,7 @@ impl<'a> TaskContext<'a> {
         let h = h as f32;
         Self {
             topology,
-            effects: **effects,
+            effects,
             context,
             any: context.settings.substep(0),
             h,
@@ -755,7 +752,7 @@ impl<'a> TaskContext<'a> {
     ) -> Option<u64> {
         let at = (piece.particles.start, shared.sides());
         let pass = self.body_pass(at, (substep, iteration));
-        let effect = (&self.effects, kind);
+        let effect = (self.effects, kind);
         // SAFETY: the caller's promise.
         unsafe { shared.states.solve_in_lanes(effect, piece, copies, &pass) }
     }
@@ -778,7 +775,7 @@ impl<'a> TaskContext<'a> {
     /// Applies a force that acts on each particle by itself to those in lanes.
     pub fn push_in_lanes(&self, kind: ForceKind, substep: u32, lanes: &mut impl InLanes) {
         let (moment, instructions) = (self.moment(substep), self.context.instructions);
-        let effects = &self.effects;
+        let effects = self.effects;
         effects.push_in_lanes(kind, &moment, lanes, instructions);
     }
 
@@ -985,7 +982,7 @@ impl<'a> TaskContext<'a> {
             } => {
                 let at = (first, shared.sides());
                 let pass = self.body_pass(at, (substep, iteration));
-                let effect = (&self.effects, kind);
+                let effect = (self.effects, kind);
                 let mut rows = rows.filter(|_| is_loaded);
                 if let Some(rows) = &mut rows {
                     // SAFETY: the caller's promise.
@@ -1050,7 +1047,7 @@ impl<'a> TaskContext<'a> {
                 let (direct, lambdas) = unsafe { (shared.direct(), shared.all_multipliers()) };
                 direct.solve(Iteration {
                     topology: self.topology,
-                    effects: &self.effects,
+                    effects: self.effects,
                     part,
                     lambdas,
                     h: self.h,

@@ -209,7 +209,7 @@ fn advance_lanes(
     let Some(first) = bodies.iter_mut().flatten().next() else {
         return;
     };
-    let (shape, effects) = (Arc::clone(first.topology), *first.effects);
+    let (shape, effects) = (Arc::clone(first.topology), first.effects);
     let free = first.free();
     for (copied, own) in columns.multipliers.iter_mut().zip(first.states.columns()) {
         copied.resize(own.len() * lanes, 0.0);
@@ -225,7 +225,7 @@ fn advance_lanes(
     let shared = bodies
         .each_mut()
         .map(|body| body.as_mut().map(|body| SharedBody::new(body, false)));
-    let acting = Acting::of(&effects, Outside::default(), context.settings, free);
+    let acting = Acting::of(effects, Outside::default(), context.settings, free);
     let tasks = tasks(&shape, acting, substeps, context);
     let others_act = |(task, _)| match task {
         Task::Force { kind, .. } => !effects.pushes_in_lanes(kind),

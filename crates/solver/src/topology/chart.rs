@@ -19,7 +19,7 @@ const STEEPEST: f64 = 0.2;
 const NEIGHBORS: f64 = 0.5;
 
 /// Points beyond a side by this fraction of the lengths involved lie on it.
-const ROUNDING: f64 = 1e-5;
+const ROUNDING: f64 = 2e-6;
 
 /// A chart of the patches of a surface.
 #[derive(Debug, Clone, Default)]
@@ -56,9 +56,12 @@ pub(crate) struct ChartPair {
     pub height: f32,
 }
 
-/// What is needed of a patch to find its pairs.
+/// What is needed of a patch, or of a component in it, to find its pairs.
 struct Part {
+    patch: u32,
     component: u32,
+    /// Whether the patch has nothing of other components: only then are its derivatives known.
+    is_whole: bool,
     low: DVec2,
     high: DVec2,
     /// Places of the corners of its triangles.
@@ -74,36 +77,29 @@ impl Chart {
     /// Of a surface with these vertices [m], triangles and patches.
     pub fn of(rest: &[Vec3], triangles: &[[u32; 3]], patches: &[Patch]) -> Self {
         let components = components(rest.len(), triangles);
-        let Some(places) = places(rest, triangles, &components) else {
-            return Self::default();
-        };
+        let places = places(rest, triangles, &components);
         let mut sides: Vec<[u32; 2]> = triangles.iter().flat_map(sides).collect();
         sides.sort_unstable();
-        let parts: Vec<_> = patches
-            .iter()
-            .map(|patch| Part::of(patch, &components, &places, &sides))
-            .collect();
+        let of_patch = |(number, patch)| Part::all((number, patch), &components, &places, &sides);
+        let mut parts: Vec<_> = (0..).zip(patches).flat_map(of_patch).collect();
         let mut chart = Self {
-            patches: patches
-                .iter()
-                .zip(&parts)
-                .map(|(patch, part)| match part {
-                    Some(_) => ChartPatch::of(patch, &places),
-                    None => ChartPatch::default(),
-                })
-                .collect(),
+            patches: vec![ChartPatch::default(); patches.len()],
             ..Self::default()
         };
-        let known = |number: u32| Some((number, parts[number as usize].as_ref()?));
-        let mut order: Vec<_> = (0..parts.len() as u32).filter_map(known).collect();
-        order.sort_by(|(_, a), (_, b)| a.low.x.total_cmp(&b.low.x));
-        for (place, &(a, one)) in order.iter().enumerate() {
-            let reach = one.high + NEIGHBORS * (one.high - one.low).max_element();
-            let until = |(_, other): &&(u32, &Part)| other.low.x <= reach.x;
-            for &(b, other) in order[place..].iter().take_while(until) {
-                let back = reach - one.high;
-                if one.meets([other.low - back, other.high + back], other.component) {
-                    chart.add([(a, one), (b, other)], &order);
+        for part in parts.iter().filter(|part| part.is_whole) {
+            let number = part.patch as usize;
+            chart.patches[number] = ChartPatch::of(&patches[number], &places);
+        }
+        parts.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
+        let widths = parts.iter().map(|part| part.high.x - part.low.x);
+        let widest = widths.fold(0.0, f64::max);
+        for (place, one) in parts.iter().enumerate() {
+            let more = NEIGHBORS * (one.high - one.low).max_element();
+            let near = |other: &&Part| other.low.x <= one.high.x + more;
+            for other in parts[place..].iter().take_while(near) {
+                let grown = [other.low - more, other.high + more];
+                if one.is_whole && other.is_whole && one.meets(grown, other.component) {
+                    chart.add([one, other], &parts, widest);
                 }
             }
         }
@@ -111,8 +107,9 @@ impl Chart {
         chart
     }
 
-    /// Adds two patches if every straight line between their points lies in the surface.
-    fn add(&mut self, [(a, one), (b, other)]: [(u32, &Part); 2], all: &[(u32, &Part)]) {
+    /// Adds two patches if every straight line between their points lies in the surface. All parts are sorted by
+    /// where they begin along x, and are at most this wide [m].
+    fn add(&mut self, [one, other]: [&Part; 2], all: &[Part], widest: f64) {
         let around = [one.low.min(other.low), one.high.max(other.high)];
         let extent = (around[1] - around[0]).length();
         let hull = convex_hull(one.hull.iter().chain(&other.hull).copied());
@@ -120,7 +117,10 @@ impl Chart {
             let mut triangles = part.triangles.iter();
             part.meets(around, one.component) && triangles.any(|it| cut(it, &hull, extent))
         };
-        let between: Vec<_> = all.iter().filter(|(_, part)| is_between(part)).collect();
+        let first = all.partition_point(|part| part.low.x < around[0].x - widest);
+        let near = all[first..].iter();
+        let near = near.take_while(|part| part.low.x <= around[1].x);
+        let between: Vec<_> = near.filter(|part| is_between(part)).collect();
         let is_outside = |[from, to, third]: &[DVec2; 3]| {
             let along = *to - *from;
             let allowed = -ROUNDING * along.length() * extent;
@@ -131,16 +131,17 @@ impl Chart {
         // The surface does not overlap itself here, if it does not in one point.
         let [x, y, z] = one.triangles[0];
         let center = (x + y + z) / 3.0;
-        let covering = between.iter().flat_map(|(_, part)| &part.triangles);
+        let covering = between.iter().flat_map(|part| &part.triangles);
         let covering = covering.filter(|triangle| contains(triangle, center));
-        let mut border = between.iter().flat_map(|(_, part)| &part.border);
-        if border.any(is_outside) || covering.count() != 1 {
+        let mut border = between.iter().flat_map(|part| &part.border);
+        let are_known = between.iter().all(|part| part.is_whole);
+        if !are_known || border.any(is_outside) || covering.count() != 1 {
             return;
         }
         let first = self.between.len();
-        self.between
-            .extend(between.iter().map(|(number, _)| number));
-        let heights = between.iter().map(|(_, part)| part.height);
+        self.between.extend(between.iter().map(|part| part.patch));
+        let heights = between.iter().map(|part| part.height);
+        let [a, b] = [one.patch, other.patch];
         self.pairs.push(ChartPair {
             patches: [a.min(b), a.max(b)],
             between: first..self.between.len(),
@@ -202,22 +203,53 @@ impl ChartPatch {
 }
 
 impl Part {
-    /// `None` for a patch without triangles, or of several components.
-    fn of(
-        patch: &Patch,
+    /// Those of a patch, one for each component that is a graph over a plane.
+    fn all(
+        (number, patch): (u32, &Patch),
         components: &[u32],
         places: &[DVec2],
         sides_of_all: &[[u32; 2]],
-    ) -> Option<Self> {
-        let component = components[*patch.vertices.first()? as usize];
-        let is_one = |vertex: &u32| components[*vertex as usize] == component;
-        if patch.triangles.is_empty() || !patch.vertices.iter().all(is_one) {
-            return None;
-        }
+    ) -> Vec<Self> {
+        let of = |place: &u32| components[patch.vertices[*place as usize] as usize];
+        let mut found: Vec<_> = patch.triangles.iter().map(|[a, ..]| of(a)).collect();
+        found.sort_unstable();
+        found.dedup();
+        let mut of_all = patch.vertices.iter().map(|&it| components[it as usize]);
+        let is_whole = of_all.all(|it| found == [it]);
+        found.retain(|&component| places[component as usize].is_finite());
+        let of_part = |component| {
+            let all = patch.vertices.iter().copied();
+            all.filter(move |&it| components[it as usize] == component)
+        };
+        let part = |component| {
+            let mut triangles = patch.triangles.clone();
+            triangles.retain(|[a, ..]| of(a) == component);
+            Self {
+                patch: number,
+                component,
+                is_whole,
+                ..Self::of(
+                    patch,
+                    (&triangles, of_part(component)),
+                    places,
+                    sides_of_all,
+                )
+            }
+        };
+        found.into_iter().map(part).collect()
+    }
+
+    /// Of some triangles and vertices of a patch.
+    fn of(
+        patch: &Patch,
+        (triangles, vertices): (&[[u32; 3]], impl Iterator<Item = u32> + Clone),
+        places: &[DVec2],
+        sides_of_all: &[[u32; 2]],
+    ) -> Self {
         let vertex = |place: u32| patch.vertices[place as usize];
         let at = |vertex: u32| places[vertex as usize];
-        let triangles = || patch.triangles.iter().map(|it| it.map(vertex));
-        let all = patch.vertices.iter().map(|&it| at(it));
+        let triangles = || triangles.iter().map(|it| it.map(vertex));
+        let all = vertices.map(at);
         let height = |corners: [DVec2; 3]| {
             let [a, b, c] = corners;
             let longest = (b - a).length().max((c - b).length()).max((a - c).length());
@@ -229,8 +261,10 @@ impl Part {
             end - sides_of_all.partition_point(|it| *it < side) == 1
         };
         let border = border.filter(|&[a, b, _]| !is_one([a, b]) || !is_one([b, a]));
-        Some(Self {
-            component,
+        Self {
+            patch: 0,
+            component: 0,
+            is_whole: false,
             low: all.clone().fold(DVec2::INFINITY, DVec2::min),
             high: all.clone().fold(DVec2::NEG_INFINITY, DVec2::max),
             hull: convex_hull(all),
@@ -239,7 +273,7 @@ impl Part {
             height: triangles()
                 .map(|it| height(it.map(at)))
                 .fold(f64::INFINITY, f64::min),
-        })
+        }
     }
 
     fn meets(&self, others: [DVec2; 2], component: u32) -> bool {
@@ -321,33 +355,27 @@ fn components(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
         .collect()
 }
 
-/// Places of all vertices in the plane of their component; `None` if a component is no graph over a plane.
-fn places(rest: &[Vec3], triangles: &[[u32; 3]], components: &[u32]) -> Option<Vec<DVec2>> {
+/// Places of all vertices in the plane of their component; none of one that is no graph over a plane.
+fn places(rest: &[Vec3], triangles: &[[u32; 3]], components: &[u32]) -> Vec<DVec2> {
     let mut normals = vec![DVec3::ZERO; rest.len()];
     let normal = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|it| rest[it as usize].as_dvec3());
         (b - a).cross(c - a)
     };
+    let component = |triangle: &[u32; 3]| components[triangle[0] as usize] as usize;
     for triangle in triangles {
-        normals[components[triangle[0] as usize] as usize] += normal(triangle);
+        normals[component(triangle)] += normal(triangle);
     }
-    let axes: Vec<_> = normals
-        .into_iter()
-        .map(|it| it.try_normalize().map(|it| (it, it.any_orthonormal_pair())))
-        .collect();
-    let is_level = |triangle: &[u32; 3]| {
-        let (up, own) = (
-            axes[components[triangle[0] as usize] as usize],
-            normal(triangle),
-        );
-        up.is_some_and(|(up, _)| up.dot(own) > STEEPEST * own.length())
-    };
-    if triangles.is_empty() || !triangles.iter().all(is_level) {
-        return None;
+    let mut axes: Vec<_> = normals.iter().map(|it| it.try_normalize()).collect();
+    for triangle in triangles {
+        let up = &mut axes[component(triangle)];
+        let own = normal(triangle);
+        *up = up.filter(|up| up.dot(own) > STEEPEST * own.length());
     }
-    let place = |(at, &component): (&Vec3, &u32)| match axes[component as usize] {
-        Some((_, (x, y))) => DVec2::new(x.dot(at.as_dvec3()), y.dot(at.as_dvec3())),
-        None => DVec2::ZERO,
+    let place = |(at, &component): (&Vec3, &u32)| {
+        let (x, y) = axes[component as usize]?.any_orthonormal_pair();
+        Some(DVec2::new(x.dot(at.as_dvec3()), y.dot(at.as_dvec3())))
     };
-    Some(rest.iter().zip(components).map(place).collect())
+    let places = rest.iter().zip(components).map(place);
+    places.map(|it| it.unwrap_or(DVec2::NAN)).collect()
 }
