@@ -36,8 +36,8 @@ use std::{
     time::Duration,
 };
 
-/// Time after which a case counts as hanging: the slowest takes a few seconds.
-const HANGS: Duration = Duration::from_secs(120);
+/// Time after which a case counts as hanging: the slowest takes a few seconds, some times as many on a busy machine.
+const HANGS: Duration = Duration::from_secs(300);
 
 /// Runs a test on this number of random values (times `PLIANT_FUZZ`), and panics with the smallest
 /// value that makes it panic. A case that hangs aborts the suite.
