@@ -8,9 +8,9 @@
 //! one to the other. So two patches that lie in such a part do not touch, without a look at their elements: two
 //! elements that share no vertex are apart in the plane by at least the smallest height of a triangle.
 
-use super::{patches::Patch, union::root};
+use super::{components::Components, patches::Patch};
 use glam::{DVec2, DVec3, Vec3};
-use std::ops::Range;
+use std::{iter, ops::Range};
 
 /// Smallest cosine of the angle between a triangle and the plane of its chart.
 const STEEPEST: f64 = 0.2;
@@ -217,38 +217,32 @@ impl Part {
         let mut of_all = patch.vertices.iter().map(|&it| components[it as usize]);
         let is_whole = of_all.all(|it| found == [it]);
         found.retain(|&component| places[component as usize].is_finite());
-        let of_part = |component| {
-            let all = patch.vertices.iter().copied();
-            all.filter(move |&it| components[it as usize] == component)
-        };
         let part = |component| {
-            let mut triangles = patch.triangles.clone();
-            triangles.retain(|[a, ..]| of(a) == component);
-            Self {
-                patch: number,
-                component,
-                is_whole,
-                ..Self::of(
-                    patch,
-                    (&triangles, of_part(component)),
-                    places,
-                    sides_of_all,
-                )
-            }
+            let own = patch.triangles.iter().filter(|[a, ..]| of(a) == component);
+            let own = own.map(|it| it.map(|place| patch.vertices[place as usize]));
+            let all = patch.vertices.iter().copied();
+            let all = all.filter(|&it| components[it as usize] == component);
+            Self::of(
+                (number, component, is_whole),
+                own,
+                all,
+                places,
+                sides_of_all,
+            )
         };
         found.into_iter().map(part).collect()
     }
 
-    /// Of some triangles and vertices of a patch.
+    /// Of these triangles and vertices.
     fn of(
-        patch: &Patch,
-        (triangles, vertices): (&[[u32; 3]], impl Iterator<Item = u32> + Clone),
+        (patch, component, is_whole): (u32, u32, bool),
+        triangles: impl Iterator<Item = [u32; 3]> + Clone,
+        vertices: impl Iterator<Item = u32> + Clone,
         places: &[DVec2],
         sides_of_all: &[[u32; 2]],
     ) -> Self {
-        let vertex = |place: u32| patch.vertices[place as usize];
         let at = |vertex: u32| places[vertex as usize];
-        let triangles = || triangles.iter().map(|it| it.map(vertex));
+        let triangles = || triangles.clone();
         let all = vertices.map(at);
         let height = |corners: [DVec2; 3]| {
             let [a, b, c] = corners;
@@ -262,9 +256,9 @@ impl Part {
         };
         let border = border.filter(|&[a, b, _]| !is_one([a, b]) || !is_one([b, a]));
         Self {
-            patch: 0,
-            component: 0,
-            is_whole: false,
+            patch,
+            component,
+            is_whole,
             low: all.clone().fold(DVec2::INFINITY, DVec2::min),
             high: all.clone().fold(DVec2::NEG_INFINITY, DVec2::max),
             hull: convex_hull(all),
@@ -341,18 +335,16 @@ fn cut(triangle: &[DVec2; 3], polygon: &[DVec2], size: f64) -> bool {
     !is_side(polygon, triangle) && !is_side(triangle, polygon)
 }
 
-/// The connected component of each vertex, by one of its vertices.
+/// The connected component of each vertex, by its first vertex.
 fn components(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
-    let mut parents: Vec<u32> = (0..vertices as u32).collect();
-    for &[a, b, c] in triangles {
-        for other in [b, c] {
-            let [one, other] = [a, other].map(|it| root(&mut parents, it));
-            parents[one.max(other) as usize] = one.min(other);
+    let all = Components::of(vertices, iter::empty(), triangles, iter::empty());
+    let mut first: Vec<u32> = (0..vertices as u32).collect();
+    for part in (0..all.count()).map(|number| all.part(number)) {
+        for &vertex in part {
+            first[vertex as usize] = part[0];
         }
     }
-    (0..vertices as u32)
-        .map(|it| root(&mut parents, it))
-        .collect()
+    first
 }
 
 /// Places of all vertices in the plane of their component; none of one that is no graph over a plane.
